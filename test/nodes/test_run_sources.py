@@ -77,10 +77,10 @@ def test_what_comes_after_a_break_is_no_part_of_the_run(source, what, said):
     [
         ("theta", [0.0], "state: 2 robots, 1 theta; wanted as many of each"),
         ("joint", [0.0] * 3, "state: 2 robots, 3 joint; wanted as many of each robot"),
-        ("joint", [0.0, np.nan], "state: the joint of robot2 is not finite"),
-        ("y", [np.inf, 0.0], "state: the pose of robot1 is not finite"),
-        ("z", [0.0, np.nan], "state: the height of robot2 is not finite"),
-        ("command_v", [0.0, np.nan], "state: the command of robot2 is not finite"),
+        ("joint", [0.0, np.nan], "state: column joints of robot2 is not finite"),
+        ("y", [np.inf, 0.0], "state: column pose of robot1 is not finite"),
+        ("z", [0.0, np.nan], "state: column z of robot2 is not finite"),
+        ("command_v", [0.0, np.nan], "state: column command of robot2 is not finite"),
         ("command_arm", [0.1, 0.2], "state: axes linear.x, angular.z, arm.1 and 1 joints"),
     ],
 )

@@ -34,7 +34,7 @@ def test_a_team_of_unicycles_tells_no_more_than_it_needs():
     message, state = told(("pioneer3dx",) * 2, [[0.2, 0.1], [0.3, -0.1]])
     empty = ("z", "orientation", "vz", "wx", "wy", "joint", "command_vy", "command_wx")
     assert all(len(getattr(message, name)) == 0 for name in empty)
-    assert state.axes == PLANAR and state.part == (7, 2) and state.stamp == 3.0
+    assert state.axes == PLANAR and messages.run_of(message) == (7, 2) and state.time == 3.0
     assert state.kinds == ("pioneer3dx",) * 2 and state.robots == (1, 2)
     np.testing.assert_array_equal(state.command, [[0.2, 0.1], [0.3, -0.1]])
     np.testing.assert_array_equal(state.pose, TWO)
@@ -56,7 +56,7 @@ def test_a_message_of_the_first_version_is_read():
     state = messages.read_state(old)
     assert state.pose.tolist() == [[0.0, 1.0, 2.0]] and state.twist.tolist() == [[3.0, 4.0, 5.0]]
     assert state.command.tolist() == [[6.0, 7.0]] and state.axes == PLANAR
-    assert state.kinds == () and state.joints.tolist() == [0.0] and state.part == (0, 0)
+    assert state.kinds == () and state.joints.tolist() == [0.0] and messages.run_of(old) == (0, 0)
 
 
 def test_commands_there_and_back():
@@ -146,8 +146,7 @@ def test_several_joints_of_a_robot_are_told_one_robot_after_the_other():
     message, _ = told(("f1tenth", "pioneer3dx"), [[0.2, 0.1], [0.3, -0.1]])
     message.joint = [0.1, 0.2, 0.3, 1.1, 0.0, 0.0]
     state = messages.read_state(message)
-    assert state.all_joints.tolist() == [[0.1, 0.2, 0.3], [1.1, 0.0, 0.0]]
-    assert state.joints.tolist() == [0.1, 1.1]
+    assert state.joints.tolist() == [[0.1, 0.2, 0.3], [1.1, 0.0, 0.0]]
     message.joint = [0.1, 0.2, 0.3]
     with pytest.raises(messages.MessageError, match="2 robots, 3 joint; wanted as many of each"):
         messages.read_state(message)

@@ -45,6 +45,7 @@ class Column(NamedTuple):
     ] = ()  # fields of ``TeamState``, one for each number or one array for all
     of_team: bool = False  # one value for all robots
     is_flat: bool = True  # (n,) where each robot has one number, else (n, 1)
+    kind: type = float  # of its numbers
 
     def names(self, width, axes):
         """Return the names in ``run.csv`` of ``width`` numbers under commands with ``axes``."""
@@ -207,9 +208,11 @@ ESTIMATE = Column(
 RECORDED = (POSE, HAND, COMMAND, TWIST, JOINTS, Z, ORIENTATION, POINT_Z, OUT_OF_PLANE, FORCE)
 RECORDED += (LOAD_PLACE, LOAD_ORIENTATION, ESTIMATE)
 # In no recording.
-COMMANDED = Column("commanded", (), meaning="whether a command is in force", message=("commanded",))
-REAL = Column("real", (), meaning="whether the robot is a real one", message=("real",))
-FRESH = Column("fresh", (), meaning="whether there is recent data of the robot")
+COMMANDED = Column(
+    "commanded", (), meaning="a command is in force", message=("commanded",), kind=bool
+)
+REAL = Column("real", (), meaning="it is a real robot", message=("real",), kind=bool)
+FRESH = Column("fresh", (), meaning="there is recent data of it", kind=bool)
 COLUMNS = {column.name: column for column in (*RECORDED, COMMANDED, REAL, FRESH)}
 
 SPATIAL = Group("spatial", Spatial, ("z", "orientation", "out_of_plane"))

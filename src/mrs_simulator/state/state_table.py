@@ -60,12 +60,19 @@ class StateTable:
     def at(self, rows):
         """Return the samples ``rows`` of a state at m times: an index, a slice or a mask."""
         own = vars(self)
-        return self.replace(**{name: own[name][rows] for name in SAMPLED & own.keys()})
+        return self.replace(**{name: own[name][rows] for name in SAMPLED.keys() & own.keys()})
 
     def copy(self):
         """Return a state with its own arrays."""
         own = vars(self)
         return self.replace(**{name: np.copy(own[name]) for name in COLUMNS.keys() & own.keys()})
+
+    def first_infinite(self):
+        """Return a column's name and the first row in which it is not finite; None without any."""
+        for name, values in vars(self).items():
+            if name in COLUMNS and not np.isfinite(values).all():
+                return name, int(np.argwhere(~np.isfinite(values))[0, 0])
+        return None
 
     @property
     def heights(self):
@@ -73,17 +80,15 @@ class StateTable:
         return self.__dict__.get("z", np.zeros(self.pose.shape[:-1]))
 
 
-SAMPLED = {"time", *COLUMNS}
+SAMPLED = {"time": float, **{name: column.kind for name, column in COLUMNS.items()}}
 
 
 def stacked(states):
     """Return the state at m times of a list of ``states`` of one team, with the columns that all have."""
     own = [vars(state) for state in states]
-    return states[0].replace(
-        **{
-            name: np.array([each[name] for each in own])
-            if all(name in each for each in own)
-            else None
-            for name in SAMPLED & own[0].keys()
-        }
-    )
+    common = {name: all(name in each for each in own) for name in SAMPLED}
+    columns = {
+        name: np.array([each[name] for each in own], dtype=SAMPLED[name]) if there else None
+        for name, there in common.items()
+    }
+    return states[0].replace(**columns)

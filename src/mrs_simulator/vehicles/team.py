@@ -8,7 +8,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, max_abs
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.scenario.team.robots import DEFAULT_KIND
-from mrs_simulator.state.columns import SPATIAL, Z
+from mrs_simulator.state.columns import JOINTS, SPATIAL, Z
 from mrs_simulator.state.layout import Layout
 from mrs_simulator.vehicles.drives import drive_module
 from mrs_simulator.vehicles.kind import AxisLimit
@@ -278,7 +278,8 @@ class Team:
 
         With arms it has columns of space in any case.
         """
-        hand = self.point(state.pose, state.joints, l)[:, :2]
+        joints = state.joints if state.has(JOINTS) else 0.0
+        hand = self.point(state.pose, joints, l)[:, :2]
         if not self.has_arms:
             return state.replace(hand=hand, point_z=state.z if state.has(Z) else None)
         if not state.has(SPATIAL):

@@ -20,6 +20,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacle
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.vehicles.odometry_rates import odometry_notes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.world import checks
@@ -272,6 +273,24 @@ class World:
     def senses(self):
         """Return team, obstacles and the cameras' renderer, of which a ``sensors.suite.Suite`` is made."""
         return self.team, self.obstacles, CameraRenderer(self.team, self.obstacles)
+
+    def state(self):
+        """Return the ``StateTable`` of now; its arrays are the world's own."""
+        team, numbers = self.team, np.arange(1, self.n + 1)
+        return StateTable(
+            self.time,
+            numbers.tolist(),
+            [kind.name for kind in team.kinds],
+            team.axes,
+            pose=self.pose,
+            twist=self.twist,
+            command=self.command,
+            commanded=self.commands.commanded,
+            real=np.isin(numbers - 1, self.mirrored),
+            joints=self.joints if team.has_joints else None,
+            spatial=self.spatial,
+            load=self.load.state if self.load else None,
+        )
 
     def sensed(self):
         """Return the ``sensors.state.State`` now, which sensors read."""

@@ -24,6 +24,7 @@ from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.scenario.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, scene_time
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
+from mrs_simulator.state.columns import LOAD, SPATIAL
 from mrs_simulator.study.draw.figure_parts import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
@@ -78,9 +79,8 @@ class Markers:
     def _keep(self, message):
         state = read_state(message)
         hand = hand_points(state.pose, self._hand_length)
-        z = np.zeros(len(hand)) if state.spatial is None else state.spatial.z
         with self._lock:
-            self._trails.add(state, hand, z)
+            self._trails.add(state, hand, state.heights)
             self._newest, self._header = state, message.header
 
     def _health(self):
@@ -99,12 +99,12 @@ class Markers:
     def _markers(self):
         with self._lock:
             state, header, kinds, load = self._newest, self._header, self._kinds, self._load
-            obstacles = obstacles_at(self._obstacles, scene_time(state.stamp))
+            obstacles = obstacles_at(self._obstacles, scene_time(state.time))
             trails = self._trails.lines()
         markers = []
         if len(kinds) != len(state.robots):  # the scenario of this team is still to come
             kinds = (kind(DEFAULT_KIND),) * len(state.robots)
-        spatial = upright(state.pose[:, 2]) if state.spatial is None else state.spatial
+        spatial = state.spatial if state.has(SPATIAL) else upright(state.pose[:, 2])
         solid = sum(len(model(each).forms) for each in kinds) <= MOST_SOLIDS
         for row, number in enumerate(state.robots):
             each, pose, z = kinds[row], state.pose[row].tolist(), float(spatial.z[row])
@@ -115,9 +115,10 @@ class Markers:
                 parts += solids(model(each), *where, _colour(number))
             markers += _named("robots", number * MOST_MARKERS, parts)
         where = np.column_stack([state.pose[:, :2], spatial.z]), spatial.orientation
-        for row, arm in arm_markers(kinds, *where, state.all_joints, solid):
+        joints = state.joints.reshape(len(kinds), -1)
+        for row, arm in arm_markers(kinds, *where, joints, solid):
             markers += _named("arms", state.robots[row] * MOST_OF_ARM, arm)
-        if load is not None and state.load is not None:
+        if load is not None and state.has(LOAD):
             markers += _named("load", 0, [load_marker(load, state.load)])
         markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
         for marker in markers:
@@ -168,7 +169,7 @@ class Trails:
 
 def _put_elsewhere(before, after):
     """Return whether no drive leads from the state ``before`` to ``after``."""
-    elapsed = after.stamp - before.stamp
+    elapsed = after.time - before.time
     if before.robots != after.robots or elapsed < 0.0:
         return True
     moved = np.hypot(*(after.pose - before.pose)[:, :2].T)

@@ -23,6 +23,7 @@ from mrs_simulator.ros.message_forms.messages import (
     read_incident,
     read_stage_status,
     read_state,
+    run_of,
 )
 from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
 from mrs_simulator.state.columns import joint_count
@@ -69,42 +70,30 @@ class StageSource:
     def next(self, seconds):
         """Return the next ``StateTable``; None after ``seconds`` of wall time without any."""
         try:
-            return self._sample(read_state(self._queue.get(timeout=seconds)))
+            message = self._queue.get(timeout=seconds)
+            return self._sample(read_state(message), run_of(message))
         except queue.Empty:
             return None
         except MessageError as error:
             self._refuse("state", error)
             return None
 
-    def _sample(self, state):
-        """Return the ``StateTable`` in ``state``, None where the run is broken; ``MessageError``."""
+    def _sample(self, state, part):
+        """Return ``state`` with the team's axes, None where the run is broken; ``MessageError``."""
         _refuse_infinite(state)
-        part = (*state.part, len(state.pose))
+        part = (*part, len(state.pose))
         self._broken = self._broken or self._break(state, part)
         self._newest, self._part = state, part
         if self._broken:
             return None
-        command = state.command
-        joints = state.all_joints if self._team.has_arms else state.joints
-        if self._team.has_arms or not set(state.axes) <= set(TWIST_AXES):
+        wanted = self._team.axes
+        if self._team.has_arms or state.joints.ndim > 1 or not set(state.axes) <= set(TWIST_AXES):
             self._refuse_other_arms(state)
-        elif state.axes != self._team.axes:
-            command = on_axes(command, state.axes, self._team.axes)
-        return StateTable(
-            state.stamp,
-            axes=self._team.axes,
-            pose=state.pose,
-            command=command,
-            commanded=state.commanded,
-            joints=joints,
-            twist=state.twist,
-            spatial=state.spatial,
-            load=state.load,
-        )
+        return state.replace(axes=wanted, command=on_axes(state.command, state.axes, wanted))
 
     def _refuse_other_arms(self, state):
         """Raise ``MessageError`` unless ``state`` has the team's axes and joints."""
-        found = state.axes, state.all_joints.shape[1]
+        found = state.axes, state.joints[0].size if len(state.pose) else 0
         wanted = self._team.axes, max(1, joint_count(self._team))
         if found != wanted:
             text = "axes {} and {} joints of each robot, wanted {} and {}"
@@ -125,7 +114,7 @@ class StageSource:
             return "the stage was started again"
         if part[1:] != self._part[1:]:
             return "the stage was reset, or given another team"
-        last, dt = self._newest, state.stamp - self._newest.stamp
+        last, dt = self._newest, state.time - self._newest.time
         if dt < 0.0:
             return "simulated time went back"
         speeds = self._speeds if len(self._speeds) == len(state.pose) else math.inf
@@ -184,17 +173,10 @@ class StageSource:
 
 def _refuse_infinite(state):
     """Raise ``MessageError`` where a number of ``state`` is not finite."""
-    columns = {"pose": state.pose, "twist": state.twist, "command": state.command}
-    columns["joint"] = state.all_joints
-    if state.spatial is not None:
-        columns["height"], columns["orientation"] = state.spatial.z, state.spatial.orientation
-        columns["twist"] = np.hstack([state.twist, state.spatial.twist])
-    for name, values in columns.items():
-        finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-        bad = np.flatnonzero(~finite)
-        if len(bad):
-            text = "the {} of robot{} is not finite"
-            raise MessageError(text.format(name, state.robots[bad[0]]))
+    found = state.first_infinite()
+    if found is not None:
+        text = "column {} of robot{} is not finite"
+        raise MessageError(text.format(found[0], state.robots[found[1]]))
 
 
 class RobotsSource:

@@ -8,13 +8,13 @@ forward speed and turn rate are always there, any other component only where a r
 """
 
 import json
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Pose2D, Quaternion, Vector3
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
-from mrs_simulator.core.spatial import Spatial, upright
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.msg import (
     Camera,
     Collision,
@@ -32,7 +32,22 @@ from mrs_simulator.record.recording import Collision as RunCollision
 from mrs_simulator.record.run_changes import CONTROLLER_KEYS
 from mrs_simulator.scenario.incidents import DESCRIPTIONS
 from mrs_simulator.scenario.incidents import Incident as RunIncident
-from mrs_simulator.state.columns import ARM, LoadState, arm_axes
+from mrs_simulator.state.columns import (
+    ARM,
+    COLUMNS,
+    FORCE,
+    JOINTS,
+    LOAD,
+    ORIENTATION,
+    OUT_OF_PLANE,
+    POSE,
+    TWIST,
+    LoadState,
+    Z,
+    always,
+    arm_axes,
+)
+from mrs_simulator.state.state_table import StateTable
 
 __all__ = ["Camera", "Collision", "ControlScenario", "ControlStatus", "Incident"]
 __all__ += ["RangeBearing", "StageStatus", "TeamCommand", "TeamOdometry", "TeamState"]
@@ -48,26 +63,10 @@ FIELDS = {
 }
 
 
-SPATIAL_FIELDS = ("z", "orientation", "vz", "wx", "wy")  # of robots that leave the ground
-
-
-class State(NamedTuple):
-    """True state of all robots."""
-
-    stamp: float  # [s]
-    robots: Tuple[int, ...]
-    pose: np.ndarray  # (n, 3) [m, m, rad], common frame
-    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], the robots' frames
-    axes: Tuple[str, ...]
-    command: np.ndarray  # (n, a) [m/s, rad/s]
-    commanded: np.ndarray  # (n,) bool
-    real: np.ndarray  # (n,) bool
-    kinds: Tuple[str, ...]  # names, () where unknown
-    joints: np.ndarray  # (n,) [rad] of the drives
-    part: Tuple[int, int]  # numbers of the stage and of its run, 0 where unknown
-    spatial: Optional[Spatial] = None  # None for a team on the ground
-    all_joints: Optional[np.ndarray] = None  # (n, k) [rad], the first that of the drive
-    load: Optional[LoadState] = None  # None where robots carry nothing together
+SPATIAL_FIELDS = (*Z.message, *ORIENTATION.message, *OUT_OF_PLANE.message)
+MESSAGES = {"orientation": Quaternion, "force": Vector3}  # of which arrays are
+_APART = (POSE, TWIST, Z, ORIENTATION, OUT_OF_PLANE, FORCE)  # read by functions of their own
+OTHERS = tuple(each for each in COLUMNS.values() if each.message and each not in _APART)
 
 
 class Controller(NamedTuple):
@@ -138,13 +137,7 @@ def read_commands(message, n, prefix=""):
     """Return axes and commands (n, a) in ``message``; ``MessageError`` where an array is not as long."""
     columns = {axis: _array(message, prefix + name) for axis, name in FIELDS.items()}
     axes = tuple(axis for axis, column in columns.items() if axis in UNICYCLE_AXES or len(column))
-    for axis in axes:
-        if len(columns[axis]) != n:
-            raise MessageError(
-                "{} robots, {} {}; wanted as many of each".format(
-                    n, len(columns[axis]), prefix + FIELDS[axis]
-                )
-            )
+    _refuse_lengths({prefix + FIELDS[axis]: columns[axis] for axis in axes}, n)
     return axes, np.array([columns[axis] for axis in axes], dtype=float).reshape(len(axes), n).T
 
 
@@ -173,22 +166,22 @@ def _array(message, name):
 
 def team_state(world, stamp, frame, run):
     """Return the ``TeamState`` of ``world``; ``run``: numbers of the stage and of its run."""
-    team = world.team
-    message = TeamState(robot=list(range(1, world.n + 1)), kind=[kind.name for kind in team.kinds])
+    state = world.state()
+    message = TeamState(robot=state.robots, kind=state.kinds)
     message.header.stamp, message.header.frame_id = stamp, frame
     message.stage, message.run = run
-    _put_planar(message, world.pose, world.twist)
-    _put_spatial(message, world.spatial)
-    for name, column in commands_of(world.command, team.axes, "command_").items():
+    _put(message, state)
+    for name, column in commands_of(state.command, state.axes, "command_").items():
         setattr(message, name, column)
-    message.command_arm = _arms_of(world.command, team.axes)
-    message.joint = world.joints.ravel().tolist() if team.has_joints else []
-    message.commanded = world.commands.commanded.tolist()
-    message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
-    if world.load is not None:
-        message.load = [load_pose(world.load.state)]
-        message.force = [Vector3(*each) for each in world.load.state.force.tolist()]
+    message.command_arm = _arms_of(state.command, state.axes)
+    if state.has(LOAD):
+        message.load = [load_pose(state.load)]
     return message
+
+
+def run_of(message):
+    """Return the numbers of the stage and of its run in a ``TeamState``, 0 where unknown."""
+    return getattr(message, "stage", 0), getattr(message, "run", 0)
 
 
 def load_pose(carried):
@@ -212,17 +205,20 @@ def _read_load(message, n):
     )
 
 
-def _put_planar(message, pose, twist):
-    message.x, message.y, message.theta = pose.T.tolist()
-    message.vx, message.vy, message.omega = twist.T.tolist()
-
-
-def _put_spatial(message, spatial):
-    if spatial is None:
-        return
-    message.z = spatial.z.tolist()
-    message.orientation = [Quaternion(*turn) for turn in spatial.orientation.tolist()]
-    message.vz, message.wx, message.wy = spatial.twist.T.tolist()
+def _put(message, state):
+    """Write the columns of ``state`` that have fields of their own into ``message``."""
+    for column in COLUMNS.values():
+        if not (column.message and state.has(column)):
+            continue
+        values = state[column]
+        if len(column.message) > 1:
+            for name, numbers in zip(column.message, values.T.tolist()):
+                setattr(message, name, numbers)
+            continue
+        (name,) = column.message
+        kind = MESSAGES.get(name)
+        rows = values.ravel().tolist() if kind is None else [kind(*row) for row in values.tolist()]
+        setattr(message, name, rows)
 
 
 def read_spatial(message, theta):
@@ -235,12 +231,8 @@ def read_spatial(message, theta):
     given = {name: column for name, column in columns.items() if len(column)}
     if not given:
         return None
-    n, result = len(theta), upright(theta)
-    for name, column in given.items():
-        if len(column) != n:
-            raise MessageError(
-                "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
-            )
+    result = upright(theta)
+    _refuse_lengths(given, len(theta))
     result.z[:] = given.get("z", 0.0)
     if "orientation" in given:
         result.orientation[:] = [(q.x, q.y, q.z, q.w) for q in given["orientation"]]
@@ -255,62 +247,73 @@ def read_planar(message):
     Raises ``MessageError`` where an array is not as long as the others.
     """
     n = len(message.robot)
-    names = ("x", "y", "theta", "vx", "vy", "omega")
-    columns = [getattr(message, name) for name in names]
-    for name, column in zip(names, columns):
-        if len(column) != n:
-            raise MessageError(
-                "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
-            )
-    table = np.array(columns, dtype=float).reshape(6, n).T
+    columns = {name: getattr(message, name) for name in (*POSE.message, *TWIST.message)}
+    _refuse_lengths(columns, n)
+    table = np.array([*columns.values()], dtype=float).reshape(6, n).T
     return table[:, :3], table[:, 3:]
 
 
 def read_state(message):
-    """Return the ``State`` in a ``TeamState``; ``MessageError`` where its arrays do not fit."""
-    n = len(message.robot)
+    """Return the ``StateTable`` in a ``TeamState``; ``MessageError`` where its arrays do not fit.
+
+    Robots of which there are no joints have one at 0.
+    """
+    n, kinds = len(message.robot), tuple(_array(message, "kind"))
     pose, twist = read_planar(message)
     axes, command = read_commands(message, n, "command_")
     axes, command = _with_arms(axes, command, _array(message, "command_arm"))
-    kinds, all_joints = tuple(_array(message, "kind")), _joints(_array(message, "joint"), n)
-    return State(
-        stamp=message.header.stamp.to_sec(),
-        robots=tuple(message.robot),
+    columns = {column.name: _read(message, column, n) for column in OTHERS}
+    columns["joints"] = np.zeros(n) if columns["joints"] is None else columns["joints"]
+    return StateTable(
+        message.header.stamp.to_sec(),
+        tuple(message.robot),
+        kinds if len(kinds) == n else (),
+        axes,
         pose=pose,
         twist=twist,
-        axes=axes,
         command=command,
-        commanded=_flags(message.commanded, n, "commanded"),
-        real=_flags(message.real, n, "real"),
-        kinds=kinds if len(kinds) == n else (),
-        joints=all_joints[:, 0],
-        part=(getattr(message, "stage", 0), getattr(message, "run", 0)),
         spatial=read_spatial(message, pose[:, 2]),
-        all_joints=all_joints,
         load=_read_load(message, n),
+        **columns,
     )
 
 
+def _read(message, column, n):
+    """Return the ``column`` of n robots, None where the ``message`` has nothing of it.
+
+    One of each team is only missing in messages of versions without it.
+    """
+    fields = {name: _array(message, name) for name in column.message}
+    is_old = not hasattr(message, column.message[0])
+    if not any(map(len, fields.values())) and (is_old or column.of is not always):
+        return None
+    if column is JOINTS:
+        joints = _joints(message.joint, n)
+        return joints[:, 0] if joints.shape[1] == 1 else joints
+    _refuse_lengths(fields, n)
+    table = np.array([*fields.values()], dtype=column.kind)
+    return table[0] if len(table) == 1 else table.T
+
+
+def _refuse_lengths(fields, n):
+    """Raise ``MessageError`` where one of ``fields``, arrays by name, is not of n robots."""
+    for name, values in fields.items():
+        if len(values) != n:
+            text = "{} robots, {} {}; wanted as many of each"
+            raise MessageError(text.format(n, len(values), name))
+
+
 def _joints(joints, n):
-    """Return the joints (n, k) of a message, k of each robot; one column of zeros where it has none."""
-    if not len(joints):
-        return np.zeros((n, 1))
+    """Return the joints (n, k) of a message, k of each robot."""
     if not n or len(joints) % n:
-        raise MessageError(
-            "{} robots, {} joint; wanted as many of each robot".format(n, len(joints))
-        )
+        text = "{} robots, {} joint; wanted as many of each robot"
+        raise MessageError(text.format(n, len(joints)))
     return np.array(joints, dtype=float).reshape(n, -1)
 
 
 def is_commanded(message):
     """Return whether a ``TeamState`` has a command that is not zero, without taking it apart."""
     return any(np.any(_array(message, "command_" + name)) for name in FIELDS.values())
-
-
-def _flags(values, n, name):
-    if len(values) != n:
-        raise MessageError("{} robots, {} {}; wanted as many of each".format(n, len(values), name))
-    return np.array(values, dtype=bool)
 
 
 def read_odometry(message):
@@ -329,11 +332,10 @@ def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None, joints=No
     arms, else None.
     """
     message = TeamOdometry(robot=list(numbers))
-    message.joint = [] if joints is None else joints.ravel().tolist()
     if stamp is not None:
         message.header.stamp = stamp
-    _put_planar(message, pose, np.zeros_like(pose) if twist is None else twist)
-    _put_spatial(message, spatial)
+    twist = np.zeros_like(pose) if twist is None else twist
+    _put(message, StateTable(pose=pose, twist=twist, spatial=spatial, joints=joints))
     return message
 
 

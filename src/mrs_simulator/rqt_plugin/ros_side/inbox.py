@@ -20,6 +20,7 @@ from mrs_simulator.ros.message_forms.messages import (
     read_state,
 )
 from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.state.columns import LOAD, SPATIAL
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
@@ -170,7 +171,7 @@ class Inbox:
 def _from_state(message, fresh, silent=()):
     state = read_state(message)
     return Snapshot(
-        state.stamp,
+        state.time,
         state.robots,
         state.pose,
         state.twist,
@@ -178,7 +179,7 @@ def _from_state(message, fresh, silent=()):
         np.array([fresh and number not in silent for number in state.robots], dtype=bool),
         frozenset(number for number, real in zip(state.robots, state.real) if real),
         state.axes,
-        state.joints if state.all_joints.shape[1] == 1 else state.all_joints,
-        state.spatial,
-        state.load,
+        state.joints,
+        state.spatial if state.has(SPATIAL) else None,
+        state.load if state.has(LOAD) else None,
     )

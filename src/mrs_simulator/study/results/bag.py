@@ -2,7 +2,6 @@
 
 import math
 import re
-from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from mrs_simulator.ros.message_forms.messages import (
     read_odometry,
     read_stage_status,
     read_state,
+    run_of,
 )
 from mrs_simulator.scenario.reading import reason, refuse_special
 from mrs_simulator.scenario.scenario import (
@@ -32,7 +32,8 @@ from mrs_simulator.scenario.scenario import (
     scenario_from_yaml,
 )
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
-from mrs_simulator.state.columns import LoadState
+from mrs_simulator.state.columns import ESTIMATE, SPATIAL, Z
+from mrs_simulator.state.state_table import StateTable, stacked
 from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import team_from_message
@@ -50,6 +51,7 @@ STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scena
 ESTIMATES, OBEYED = "/pioneer_control/estimates", "/pioneer_control/scenario"
 STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
 CONTROLLER = "/pioneer_control/status"
+NO_SAMPLE = "{}: holds no sample in which a robot is commanded"
 
 
 def read_bag(path, scenario=None):
@@ -72,86 +74,47 @@ def read_bag(path, scenario=None):
             if reader is _from_robots and team is not None and team.has_arms:
                 raise ScenarioError("robots with arms: wanted a bag with {}".format(STATE))
             taken = reader(bag, topics, team.axes if team else UNICYCLE_AXES)
+            if taken is None:
+                raise RunError(NO_SAMPLE.format(path))
             if reader is _from_robots:
-                taken = taken._replace(pose=_in_common_frame(taken.pose, scenario))
+                taken = taken.replace(pose=_in_common_frame(taken.pose, scenario))
             estimates, facts = _estimates_in(bag), {}
             if estimates is not None:
                 taken = _with_estimates(taken, *estimates)
-            if taken.estimate is not None and reader is _from_robots:
+            if taken.has(ESTIMATE) and reader is _from_robots:
                 facts = {"truth_unknown": True, "warnings": [UNKNOWN]}
-                taken = taken._replace(pose=taken.estimate)
+                taken = taken.replace(pose=taken.estimate)
             collisions = _collisions(bag)
             unknown = reader is _from_robots and COLLISIONS not in topics
             incidents = [read_incident(each) for _, each, _ in bag.read_messages([INCIDENTS])]
             degraded = _degraded(bag, topics, taken.time)
             controller = _controller_in(bag)
+    except RunError:
+        raise
     except ScenarioError as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
     except Exception as error:  # rosbag and genpy raise whatever a damaged file leads them to
         text = "{}: cannot be read: {}: {}".format(path, type(error).__name__, reason(error)[:200])
         raise RunError(text) from None
-    if not len(taken.time):
-        raise RunError("{}: holds no sample in which a robot is commanded".format(path))
     _refuse_impossible(path, taken)
     slack = JITTER if reader is _from_robots else 0.0
     keep = _every(taken.time, scenario.record_rate if scenario else None, slack)
     if scenario is not None:  # a bag may have run on while the results were written
         late = slack / scenario.record_rate + 1e-6
         keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
-    meta = dict(_meta(taken.command[keep], unknown, degraded), **facts)
+    kept, start = taken.at(keep), taken.time[0]
+    meta = dict(_meta(kept.command, unknown, degraded), **facts)
     if scenario is not None:
-        scenario = _obeyed_in(path, scenario, controller, taken.time[keep], meta)
-    start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
-    kept = taken.kept(keep)
+        scenario = _obeyed_in(path, scenario, controller, kept.time, meta)
     if scenario is not None and reader is _from_states:
         meta.update(scene_facts(scenario.obstacles, scene_time(start)))
     incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
     if incidents:
         meta["incidents"] = incidents
-    return Run(
-        time=np.round(kept.time - start, 9),
-        robots=np.array(kept.robots),
-        pose=kept.pose,
-        hand=_points(team, kept.pose, kept.joints, l),
-        command=kept.command,
-        collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
-        scenario=scenario,
-        meta=meta,
-        axes=team.axes if team else UNICYCLE_AXES,
-        kinds=kept.kinds,
-        twist=kept.twist,
-        joints=kept.joints if team and team.has_joints else None,
-        spatial=kept.spatial,
-        point_z=_heights(team, kept, l),
-        load=kept.load,
-        estimate=kept.estimate,
-    )
-
-
-class Taken(NamedTuple):
-    """The states and commands of n robots at m times in a bag."""
-
-    time: np.ndarray  # (m,) [s]
-    robots: List[int]
-    pose: np.ndarray  # (m, n, 3) [m, m, rad]
-    command: np.ndarray  # (m, n, a) [m/s, rad/s]
-    twist: Optional[np.ndarray]  # (m, n, 3) [m/s, m/s, rad/s], robots' frames; None: not reported
-    joints: np.ndarray  # (m, n) [rad], 0 where they are not known
-    spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
-    kinds: Tuple[str, ...] = ()
-    load: Optional[LoadState] = None  # (m, ...), None where robots carry nothing together
-    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], the poses that the control knew
-
-    def kept(self, rows):
-        """Return the samples in ``rows``."""
-        sampled = {name: getattr(self, name) for name in SAMPLED}
-        changed = {name: value[rows] for name, value in sampled.items() if value is not None}
-        spatial = None if self.spatial is None else self.spatial.of(rows)
-        load = None if self.load is None else self.load.at(rows)
-        return self._replace(spatial=spatial, load=load, **changed)
-
-
-SAMPLED = ("time", "pose", "command", "twist", "joints", "estimate")
+    kept = _with_points(team, kept, scenario.hand_length if scenario else DEFAULT_HAND_LENGTH)
+    kept = kept.replace(time=np.round(kept.time - start, 9), robots=np.array(kept.robots))
+    collisions = [c._replace(time=c.time - start) for c in collisions if c.time >= start]
+    return Run(**vars(kept), collisions=collisions, scenario=scenario, meta=meta)
 
 
 def _meta(command, collisions_unknown, degraded):
@@ -212,22 +175,14 @@ def _with_estimates(taken, stamps, poses):
         return taken
     newest = held_at(stamps, taken.time)
     known = np.flatnonzero(newest >= 0)
-    return taken.kept(known)._replace(estimate=poses[newest[known]])
+    return taken.at(known).replace(estimate=poses[newest[known]])
 
 
 def _refuse_impossible(path, taken):
-    numbers = [taken.pose, taken.command, taken.joints.reshape(*taken.joints.shape[:2], -1)]
-    numbers += [] if taken.twist is None else [taken.twist]
-    if taken.spatial is not None:
-        numbers += [taken.spatial.z[:, :, np.newaxis], *taken.spatial[1:]]
-    if taken.load is not None:
-        numbers += [taken.load.force]
-        lies = np.concatenate([taken.load.place, taken.load.orientation], axis=1)
-        numbers += [np.broadcast_to(lies[:, np.newaxis], (*taken.pose.shape[:2], 7))]
-    bad = np.flatnonzero(~np.isfinite(np.concatenate(numbers, axis=2)).all(axis=(1, 2)))
-    if len(bad):
-        text = "{}: at {:.3f} s a pose or command is not finite"
-        raise RunError(text.format(path, taken.time[bad[0]]))
+    found = taken.first_infinite()
+    if found is not None:
+        text = "{}: at {:.3f} s a {} is not finite"
+        raise RunError(text.format(path, taken.time[found[1]], found[0]))
     robots = taken.robots
     if len(set(robots)) != len(robots) or not all(1 <= number <= MOST_ROBOTS for number in robots):
         raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
@@ -256,75 +211,38 @@ def _team_of(scenario):
         raise ScenarioError(text.format(SCENARIO, error)) from None
 
 
-def _points(team, pose, joints, l):
-    """Return the controlled points (m, n, 2) [m]; without a team hand points."""
-    if team is None or team.n != pose.shape[1]:
-        return hand_points(pose, l)
-    if not team.has_joints:
-        return team.point(pose, joints[0] if len(joints) else joints, l)
-    return np.array([team.point(*sample, l) for sample in zip(pose, joints)])
+def _with_points(team, state, l):
+    """Return the ``state`` at m times as it is recorded, with controlled points.
 
-
-def _heights(team, kept, l):
-    """Return the heights (m, n) [m] of the controlled points, None on the ground."""
-    if team is not None and team.has_arms:
-        return np.array([team.tools(*each, l)[:, 2] for each in zip(kept.pose, kept.joints)])
-    return None if kept.spatial is None else kept.spatial.z
+    Without a team they are hand points.
+    """
+    if team is not None and team.n == state.pose.shape[1] and team.has_joints:
+        return stacked([team.recorded(state.at(row), l) for row in range(len(state.time))])
+    is_known = team is not None and team.n == state.pose.shape[1]
+    hand = team.point(state.pose, 0.0, l) if is_known else hand_points(state.pose, l)
+    point_z = state.z if state.has(Z) else None
+    return state.replace(hand=hand, point_z=point_z, joints=None)
 
 
 def _from_states(bag, _topics, axes):
-    states = []
+    """Return the state at m times that a stage published, None where there is none."""
+    states, run = [], None
     for _, message, _ in bag.read_messages([STATE]):
         state = read_state(message)
         if not states and not state.commanded.any():
             continue
-        first = states[0] if states else state
-        if (state.robots, state.part) != (first.robots, first.part):
+        if states and (state.robots, run_of(message)) != (states[0].robots, run):
             break  # another team, a reset, another stage: another run
-        states.append(state)
-    n = len(states[0].robots) if states else 0
-    return Taken(
-        time=np.array([state.stamp for state in states]),
-        robots=list(states[0].robots) if states else [],
-        pose=_stacked([state.pose for state in states], (n, 3)),
-        command=_stacked([_command_of(state, axes) for state in states], (n, len(axes))),
-        twist=_stacked([state.twist for state in states], (n, 3)),
-        joints=_joints_of(states, n),
-        spatial=_stacked_spatial(states),
-        kinds=states[0].kinds if states else (),
-        load=_stacked_load(states),
-    )
+        run = run_of(message)
+        command = on_axes(state.command, state.axes, axes) if state.axes != axes else state.command
+        states.append(state.replace(axes=axes, command=command, commanded=None, real=None))
+    if any(state.has(SPATIAL) for state in states):
+        states = [_in_space(state) for state in states]
+    return stacked(states) if states else None
 
 
-def _command_of(state, axes):
-    return state.command if state.axes == axes else on_axes(state.command, state.axes, axes)
-
-
-def _joints_of(states, n):
-    """Return the drives' inner joints (m, n) [rad], with those of arms after them (m, n, 1 + k)."""
-    count = states[0].all_joints.shape[1] if states else 1
-    if count == 1:
-        return _stacked([state.joints for state in states], (n,))
-    return _stacked([state.all_joints for state in states], (n, count))
-
-
-def _stacked(samples, shape):
-    return np.array(samples, dtype=float).reshape((len(samples),) + shape)
-
-
-def _stacked_spatial(states):
-    """Return the ``Spatial`` (m, n, ...) of ``states``, None if no robot ever leaves the ground."""
-    if all(state.spatial is None for state in states):
-        return None
-    each = [upright(s.pose[:, 2]) if s.spatial is None else s.spatial for s in states]
-    return Spatial(*map(np.array, zip(*each)))
-
-
-def _stacked_load(states):
-    """Return the ``LoadState`` (m, ...) of ``states``, None where one of them has none."""
-    if not states or any(state.load is None for state in states):
-        return None
-    return LoadState(*map(np.array, zip(*(state.load for state in states))))
+def _in_space(state):
+    return state if state.has(SPATIAL) else state.replace(spatial=upright(state.pose[:, 2]))
 
 
 def _from_robots(bag, topics, axes):
@@ -353,11 +271,19 @@ def _from_robots(bag, topics, axes):
             if np.isfinite(table[:, :3]).all():
                 rows.append(table)
                 times.append(message.header.stamp.to_sec())
-    table = _stacked(rows, (len(robots), len(FIELDS) + len(axes)))
-    still = np.zeros(table.shape[:2])
-    pose, twist = table[:, :, :3], _finite(table[:, :, 3:6])
-    spatial = _spatial_of(_finite(table[:, :, 6 : len(FIELDS)]))
-    return Taken(np.array(times), robots, pose, table[:, :, command], twist, still, spatial)
+    if not rows:
+        return None
+    table = np.array(rows)
+    return StateTable(
+        np.array(times),
+        robots,
+        axes=axes,
+        pose=table[:, :, :3],
+        command=table[:, :, command],
+        twist=_finite(table[:, :, 3:6]),
+        joints=np.zeros(table.shape[:2]),
+        spatial=_spatial_of(_finite(table[:, :, 6 : len(FIELDS)])),
+    )
 
 
 def _finite(table):

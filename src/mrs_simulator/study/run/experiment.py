@@ -210,14 +210,10 @@ class Experiment:
 
     def state(self, pose, command):
         """Return the ``StateTable`` to record of robots now at ``pose`` (n, 3) under ``command`` (n, a)."""
-        world = self.world
-        state = StateTable(world.time, pose=pose, command=command)
-        if self.estimator is not None:
-            state.estimate = self.estimator.pose
+        estimate, world = self.estimator and self.estimator.pose, self.world
         if self._has_hands:  # hand points, which the recorder finds
-            return state
-        space, load = world.spatial, world.load.state if world.load else None
-        state = state.replace(twist=world.twist, joints=world.joints, spatial=space, load=load)
+            return StateTable(world.time, pose=pose, command=command, estimate=estimate)
+        state = world.state().replace(pose=pose, command=command, estimate=estimate)
         return world.team.recorded(state, self.control.l)
 
     def _check_near(self, world):

@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+import yaml
 from ros_fixtures import wait_until
 
 from mrs_simulator.scenario.scenario import load_scenario
@@ -16,7 +17,14 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.run import run_keys, sweep
 from mrs_simulator.study.run.command import main, sweep_main
 from mrs_simulator.study.run.run_keys import law_files
-from mrs_simulator.study.run.sweep import PROTOCOL, SweepError, make_runs, read_axis, run_sweep
+from mrs_simulator.study.run.sweep import (
+    PROTOCOL,
+    SweepError,
+    make_runs,
+    read_axis,
+    run_sweep,
+    summary,
+)
 from mrs_simulator.study.run.workers import on_cores
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -502,3 +510,22 @@ def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_
     assert "0 of 2 runs passed\n" in said
     assert "  2 x at 0.000 s the law failed: RuntimeError: never" in said
     assert "table: " in said and "figure" not in said
+
+
+def test_requirements_are_columns_and_reasons(tmp_path):
+    content = load_scenario(FOUR).to_dict()
+    content["requirements"] = {"apart": "always distance > 1 m", "slow": "always speed < 1 mm/s"}
+    path = tmp_path / "four.yaml"
+    path.write_text(yaml.safe_dump(content))
+    runs = make_runs(str(path), [("duration", [0.5, 1.0])])
+    verdicts = run_sweep(runs, str(tmp_path / "out"), jobs=1)
+    with open(str(tmp_path / "out" / "sweep.csv"), newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert all(float(row["robustness of apart"]) > 0.0 for row in rows)
+    assert all(float(row["robustness of slow"]) < 0.0 for row in rows)
+    lines = summary(verdicts)
+    assert "  2 x requirement slow" in lines and not any("confidence" in line for line in lines)
+    # Clopper and Pearson: none of 2, the upper end is 1 - 0.025^(1/2).
+    assert (
+        summary(verdicts, drawn=True)[1] == "  95 % confidence interval of the share: 0 % to 84.2 %"
+    )

@@ -97,7 +97,8 @@ def _sweep(arguments):
         text = "experiment: interrupted; what has ended is in {}, the same command does the rest"
         print(text.format(table), file=sys.stderr)
         raise
-    print("\n".join(sweep.summary(verdicts)))
+    drawn = any(key.rpartition(".")[2] == "seed" for key in runs[0][1])
+    print("\n".join(sweep.summary(verdicts, drawn)))
     print("  table: {}".format(table))
     drawn = (sweep.FIGURE, "figure"), (sweep.MAP, "stability map")
     for name, what in drawn if part is None else ():

@@ -19,6 +19,8 @@ from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.run_keys import forget, run_key
 from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
+from mrs_simulator.study.search.assurance import interval
+from mrs_simulator.verdict.requirements.results import known_bound
 from mrs_simulator.verdict.verdict import NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.verdict.verdict_file import read_verdict
 
@@ -41,6 +43,7 @@ PART = re.compile(r"^(\d+)/(\d+)$")
 TABLE_EVERY = (
     1.0  # [s] of wall time at least between two writings of the table, which grows with the runs
 )
+CONFIDENCE = 0.95  # of intervals
 SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"
 MEASURES = (
@@ -206,19 +209,27 @@ def _refuse_shared_mistake(runs):
     raise SweepError("no run can begin: {}".format(refused))
 
 
-def summary(verdicts):
-    """Return in lines how many runs passed, and what kept the others from it, each with a count."""
+def summary(verdicts, drawn=False):
+    """Return in lines how many runs passed, and what kept the others from it, each with a count.
+
+    ``drawn``: whether the runs are draws, as over seeds, so that their share has an interval.
+    """
     outcomes, reasons = Counter(map(outcome_of, verdicts)), Counter()
     for verdict in verdicts:
         if outcome_of(verdict) == NOT_JUDGED:
             reasons["not judged: " + verdict["reason"]] += 1
             continue
         wrong = [check["name"] for check in verdict["checks"] if check["passed"] is False]
+        wrong += ["requirement " + r["name"] for r in _requirements(verdict) if r["met"] is False]
         complete = verdict["ended"] == "complete"
         reasons.update(wrong if complete else [verdict["ended"]])
     lines = ["{} of {} runs passed".format(outcomes[PASSED], len(verdicts))]
     if outcomes[NOT_JUDGED]:
         lines[0] += ", {} not judged".format(outcomes[NOT_JUDGED])
+    if drawn:
+        share = interval(outcomes[PASSED], len(verdicts), CONFIDENCE)
+        text = "  {:g} % confidence interval of the share: {:.3g} % to {:.3g} %"
+        lines.append(text.format(*(100.0 * each for each in (CONFIDENCE, *share))))
     return lines + ["  {} x {}".format(count, why) for why, count in reasons.most_common(SHOWN)]
 
 
@@ -361,22 +372,30 @@ def _write_table(runs, verdicts, out, name=TABLE):
     for verdict in filter(None, verdicts):
         checks += [c["name"] for c in verdict["checks"] if c["name"] not in checks]
     checks = [name for name in checks if name != "ended"]
+    wanted = [each["name"] for each in _requirements(next(filter(None, verdicts), {}))]
     partial = os.path.join(out, name + ".part")
     path = os.path.join(out, name)
     with naming(path), open(partial, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
-        table.writerow(["run"] + keys + list(MEASURES) + checks)
+        spare = ["robustness of " + name for name in wanted]
+        table.writerow(["run"] + keys + list(MEASURES) + checks + spare)
         for (run, values, _), verdict in zip(runs, verdicts):
             if verdict is None:
                 continue
             measured = {check["name"]: check["measured"] for check in verdict["checks"]}
+            spared = {each["name"]: known_bound(each) for each in _requirements(verdict)}
             table.writerow(
                 [run]
                 + [values[key] for key in keys]
                 + [_measure(verdict, key) for key in MEASURES]
                 + [measured.get(check) for check in checks]
+                + [spared.get(name) for name in wanted]
             )
     os.replace(partial, path)
+
+
+def _requirements(verdict):
+    return verdict.get("requirements", [])
 
 
 def _measure(verdict, key):

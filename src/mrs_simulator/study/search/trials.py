@@ -9,6 +9,7 @@ from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.study.search.space import content_with
+from mrs_simulator.verdict.requirements.results import known_bound
 
 LAW = "law"  # the name under which a law that raises breaks a run
 SLOPE = 0.5  # [-] weight of the mean of the smallest margins
@@ -83,7 +84,7 @@ def of_results(results):
 
 def _spare(result):
     """Return the robustness of a requirement over its scale; of an open one what is known."""
-    known = result["low"] if result["met"] else result["high"]
+    known = known_bound(result) if result["met"] is not None else result["high"]
     known = None if known is None else known / (result["scale"] or 1.0)
     if result["met"] is not None:
         return NEUTRAL if known is None else known

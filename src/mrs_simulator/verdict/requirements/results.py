@@ -66,6 +66,11 @@ def _result(requirement, control, run, period):
     return plain({**result, "met": found.holds}, "requirement")
 
 
+def known_bound(result):
+    """Return the robustness of a requirement that is met or broken, of an open one None."""
+    return {True: result["low"], False: result["high"], None: None}[result["met"]]
+
+
 def summary(results):
     """Return how many of the ``results`` are met, in words, "" where there are none."""
     if not results:

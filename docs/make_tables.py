@@ -9,6 +9,7 @@ import re
 
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.ros.node import node_parameters
+from mrs_simulator.scenario import keys
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
 BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
@@ -16,7 +17,8 @@ BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
 
 def tables():
     """Return the text of each table: ``{page: {name: text}}``."""
-    return {"nodes.md": {node: node_parameters.table(node) for node in node_parameters.NODES}}
+    nodes = {node: node_parameters.table(node) for node in node_parameters.NODES}
+    return {"nodes.md": nodes, "scenarios.md": {"keys": keys.table()}}
 
 
 def path_of(page):

@@ -127,8 +127,8 @@ def test_values_are_read_as_they_are_declared(monkeypatch, parameter, given, val
         (node_parameters.LOCKSTEP, "maybe", "wanted true or false, or auto"),
         (node_parameters.FRAME_SOURCE, "gps", "wanted one of odometry, scenario, first, tf"),
         (node_parameters.ODOM_TOPIC, "/odom", "wanted one {} for the robot's number"),
-        (node_parameters.GEOFENCE, [1, 2, 3], "wanted 4 or 6 numbers [m]"),
-        (node_parameters.GEOFENCE, 3, "wanted 4 or 6 numbers [m]"),
+        (node_parameters.GEOFENCE, [1, 2, 3], "wanted a list of 4 or 6 numbers [m]"),
+        (node_parameters.GEOFENCE, 3, "wanted a list of 4 or 6 numbers [m]"),
     ],
 )
 def test_values_that_cannot_be_are_refused_by_name(monkeypatch, parameter, given, wanted):

@@ -109,7 +109,7 @@ def test_it_is_written_as_it_is_read():
         ({"to": [[1, 2, 3]], "speed": 1}, r"track.to\[0\]"),
         ({"to": [[3, 0]], "speed": 1}, "each point apart from the last"),
         ({"to": [[1, 0]], "speed": 0}, "speed"),
-        ({"to": [[1, 0]], "speed": 21}, "speed: 21, wanted a number above 0 and up to 20"),
+        ({"to": [[1, 0]], "speed": 21}, "speed: 21, wanted a number above 0 and at most 20"),
         ({"to": [[1, 0]], "speed": 1, "pause": 3}, "unknown 'pause'"),
     ],
 )

@@ -9,7 +9,7 @@ import yaml
 
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.scenario.scenario import LoweredLimits
+from mrs_simulator.scenario.team.limits import LoweredLimits
 from mrs_simulator.vehicles import Team, kind, shipped_kinds
 from mrs_simulator.vehicles.quantities import quantity
 from mrs_simulator.vehicles.registry import DIRECTORY

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import NO_LIMITS, UNICYCLE_AXES, scaled, wrap_angle
 from mrs_simulator.core.neighbours import close_pairs, squared
-from mrs_simulator.scenario.scenario import LoweredLimits
+from mrs_simulator.scenario.team.limits import LoweredLimits
 
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
 LEVEL_AXES = ("linear.x", "linear.y", "linear.z", "angular.z")  # of robots that leave the ground

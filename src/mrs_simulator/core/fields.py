@@ -3,7 +3,7 @@
 import difflib
 import itertools
 import math
-from typing import Any, NamedTuple, Optional, Tuple
+from typing import Any, Callable, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 60  # [characters] of a value in an error message
 MOST_BITS = 10000  # [-] of a whole number that is written out; Python refuses far longer ones
@@ -14,6 +14,7 @@ NUMBER, WHOLE, FLAG, TEXT = "a number", "a whole number", "true or false", "a te
 PATTERN, NUMBERS, EACH, NAMES = "a pattern", "numbers", "a number for each robot", "names"
 KINDS = {float: NUMBER, int: WHOLE, bool: FLAG, str: TEXT}
 NO_KIND = "a default that is a number, true, false or a text"
+REQUIRED = "required"  # the rule of a field that must be given
 POSITIVE = {"low": 0.0, "open_low": True}  # bounds of a ``Field``
 
 
@@ -40,6 +41,10 @@ class Field(NamedTuple):
     rule: str = ""
     type: str = ""  # one of the kinds, where the default does not say which
     sizes: Tuple[int, ...] = ()  # of NUMBERS: how many there may be
+    # Of what is no such kind: read(section, others) makes it of a scenario's ``Section`` and of what was
+    # read before, by name; plain(value, n) is what a file holds of it, with n robots.
+    read: Optional[Callable] = None
+    plain: Optional[Callable] = None
 
     @property
     def kind(self):
@@ -57,7 +62,10 @@ class Field(NamedTuple):
             return "one {} for the robot's number"
         if self.kind == NAMES:
             return "a list of names"
-        name = {EACH: NUMBER, NUMBERS: " or ".join(map(str, self.sizes)) + " numbers"}
+        name = {
+            EACH: NUMBER,
+            NUMBERS: "a list of {} numbers".format(" or ".join(map(str, self.sizes))),
+        }
         unit = self.unit and "[{}]".format(self.unit)
         text = " ".join(filter(None, [name.get(self.kind, self.kind), self._bounds(), unit]))
         more = ("{} such numbers".format(n),) if self.kind == EACH and n else ()
@@ -73,7 +81,7 @@ class Field(NamedTuple):
 
     def default_text(self):
         """Return the default in words, with its unit, in Markdown."""
-        if self.rule or self.default in (None, "", ()):
+        if self.rule or self.default in (None, "", (), {}):
             return self.rule or "none"
         value = "{:g}".format(self.default) if self.kind == NUMBER else str(self.default)
         value = value.lower() if self.kind == FLAG else value

@@ -1,70 +1,96 @@
 """The ``control`` of a scenario: protocol, parameters, rate, saturation, safety."""
 
-from typing import Any, Dict, NamedTuple, Optional, Union
-
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.core.fields import NUMBER, POSITIVE, WHOLE, Field
+from mrs_simulator.scenario.reading import ScenarioError, Section, fitting, record, shown, written
 from mrs_simulator.scenario.safety import Safety, read_safety
 
 SATURATIONS = ("robot", "team", "none")
-DEFAULT_PROTOCOL = "formation"
 RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
+HAND_LENGTH = Field("l", unit="m", **POSITIVE, type=NUMBER)  # of all protocols
 
 
-class Control(NamedTuple):
-    """How the team is controlled: the protocol, its parameters and the rate of commands."""
-
-    protocol: str = DEFAULT_PROTOCOL
-    rate: float = 50.0  # [Hz]
-    parameters: Dict[str, Any] = {}
-    saturation: str = "robot"
-    safety: Union[bool, Safety] = False
-    deadband: float = 0.0  # [m/s, rad/s] up to which commands are sent as zero
-    dimension: Optional[int] = None  # of the controlled points, None: the least of the protocol's
-
-    def with_robots(self, n):
-        """Return the control of n robots."""
-        return self._replace(safety=self.safety.with_robots(n)) if self._is_safety_given else self
-
-    def to_plain(self):
-        """Return plain values, as a scenario has them."""
-        safety = self.safety.to_plain() if self._is_safety_given else self.safety
-        plain = {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
-        if self.dimension is None:
-            del plain["dimension"]
-        if not self.deadband:
-            del plain["deadband"]
-        return plain
-
-    @property
-    def _is_safety_given(self):
-        return isinstance(self.safety, Safety)
-
-
-def read_control(top, n):
-    """Return the ``Control`` under ``control`` of the section ``top``, of n robots."""
-    section = Section(top.take("control", {}), top.at("control"))
-    parameters = section.take("parameters", {})
+def read_parameters(section, others):
+    """Return the ``parameters`` of the protocol, by name; what they may be its class knows."""
+    parameters, where = section.take("parameters", {}), section.at("parameters")
     if not isinstance(parameters, dict):
-        raise ScenarioError(
-            "{}: {}, wanted a mapping".format(section.at("parameters"), shown(parameters))
-        )
+        raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(parameters)))
     for name, value in parameters.items():
         if not isinstance(name, str) or not isinstance(value, (int, float, str, bool)):
             place = section.at("parameters.{}".format(shown(name).strip("'")))
-            raise ScenarioError(
-                "{}: {}, wanted a number, a text, true or false".format(place, shown(value))
-            )
+            text = "{}: {}, wanted a number, a text, true or false"
+            raise ScenarioError(text.format(place, shown(value)))
     if "l" in parameters:
-        Section(parameters, section.at("parameters")).number("l", above=0.0)
-    control = Control(
-        protocol=section.text("protocol", DEFAULT_PROTOCOL),
-        rate=section.number("rate", 50.0, low=RATES[0], high=RATES[1]),
-        parameters=parameters,
-        saturation=section.text("saturation", "robot", SATURATIONS),
-        safety=read_safety(section, n),
-        deadband=section.number("deadband", 0.0, low=0.0),
-        dimension=section.whole("dimension", low=2, high=3) if section.has("dimension") else None,
-    )
-    section.take("dimension")
-    section.done()
-    return control
+        fitting(HAND_LENGTH, parameters["l"], section.at("parameters.l"))
+    return parameters
+
+
+CONTROL = (
+    Field(
+        "protocol",
+        "formation",
+        meaning="a [shipped protocol](protocols.md#shipped-protocols), or "
+        "[one of your own](protocols.md#where-a-protocol-is-named)",
+    ),
+    Field("rate", 50.0, "Hz", low=RATES[0], high=RATES[1], meaning="commands per second"),
+    Field(
+        "parameters",
+        {},
+        read=read_parameters,
+        plain=lambda value, n: dict(value),
+        meaning="those of the protocol, by name",
+    ),
+    Field(
+        "saturation",
+        "robot",
+        choices=SATURATIONS,
+        meaning="what is scaled down where a command is beyond the limits: one `robot`, the whole `team`, "
+        "or `none` ([limits](protocols.md#the-papers-law))",
+    ),
+    Field(
+        "safety",
+        False,
+        read=lambda section, others: read_safety(section, section.n),
+        plain=lambda value, n: value.to_plain() if isinstance(value, Safety) else value,
+        meaning="the [safety filter](protocols.md#safety-filter): `true`: no two robots ever touch; "
+        "`{obstacles: true, arena: [x_min, y_min, x_max, y_max], speed: 0.4}`: nor do they touch "
+        "obstacles, and they stay inside the arena and below that speed; `sensed: sonar`: by what that "
+        "sensor measures",
+    ),
+    Field(
+        "deadband",
+        0.0,
+        "m/s, rad/s",
+        low=0.0,
+        meaning="a command of which no component is larger is sent as zero, as "
+        "[p2os](robots.md#p2os-instead-of-rosaria) needs it",
+    ),
+    Field(
+        "dimension",
+        low=2,
+        high=3,
+        type=WHOLE,
+        rule="the least that the protocol is for",
+        meaning="2 or 3: how many coordinates the law moves; 3 for teams that fly "
+        "([in space](protocols.md#in-space))",
+    ),
+)
+
+
+class Control(record("Control", CONTROL)):
+    """How the team is controlled, the keys ``CONTROL``: protocol, its parameters, rate of commands."""
+
+    __slots__ = ()
+
+    def with_robots(self, n):
+        """Return the control of n robots."""
+        given = isinstance(self.safety, Safety)
+        return self._replace(safety=self.safety.with_robots(n)) if given else self
+
+    def to_plain(self):
+        """Return plain values, as a scenario has them."""
+        return written(self, CONTROL)
+
+
+def read_control(top, others):
+    """Return the ``Control`` under ``control`` of the section ``top``."""
+    return Control(**Section(top.take("control", {}), top.at("control"), top.n).values(CONTROL))

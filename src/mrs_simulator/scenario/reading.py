@@ -1,14 +1,25 @@
 """Strict reading of YAML files: unknown keys refused, every value checked, errors with their place."""
 
 import json
-import math
 import os
 import re
 import stat
+from collections import namedtuple
 
 import yaml
 
-from mrs_simulator.core.fields import shown, unknown_name
+from mrs_simulator.core.fields import (
+    EACH,
+    FLAG,
+    NUMBER,
+    NUMBERS,
+    REQUIRED,
+    TEXT,
+    WHOLE,
+    Field,
+    shown,
+    unknown_name,
+)
 
 LARGEST_FILE = 4 * 1024 * 1024  # [bytes], far above any scenario; guards against a wrong file
 LONGEST_MESSAGE = 1000  # [characters]
@@ -137,8 +148,8 @@ def parse_yaml(text, where):
 class Section:
     """A mapping read key by key; ``done`` refuses keys that were not read."""
 
-    def __init__(self, content, where):
-        """``content`` must be a mapping; ``where`` is the file and key path for errors."""
+    def __init__(self, content, where, n=None):
+        """``content`` must be a mapping; ``where``: file and key path for errors; n: number of robots."""
         if content is None:
             content = {}
         if not isinstance(content, dict):
@@ -146,6 +157,7 @@ class Section:
         self._content = content
         self._where = where
         self._read = []
+        self.n = n
 
     def at(self, key):
         """Return where ``key`` is, for an error message."""
@@ -165,38 +177,38 @@ class Section:
         """Return whether ``key`` is given."""
         return self._content.get(key) is not None
 
+    def field(self, field):
+        """Return the value of the declared ``field``, its default where none is given."""
+        value = self.take(field.name)
+        if value is None and field.rule != REQUIRED:
+            return field.default
+        return fitting(field, value, self.at(field.name), self.n)
+
+    def values(self, fields, **found):
+        """Return the values of all of ``fields``, by name, and those ``found``; other keys are refused."""
+        for field in fields:
+            found[field.name] = field.read(self, found) if field.read else self.field(field)
+        self.done()
+        return found
+
     def number(self, key, default=None, low=None, high=None, above=None):
         """Return a finite number in [low, high], or above ``above``."""
-        value = self.take(key, default)
-        return number(value, self.at(key), low=low, high=high, above=above)
+        return number(self.take(key, default), self.at(key), low=low, high=high, above=above)
 
     def whole(self, key, default=None, low=None, high=None):
         """Return a whole number in [low, high]."""
-        value = self.take(key, default)
-        fits = isinstance(value, int) and not isinstance(value, bool)
-        fits = fits and (low is None or value >= low) and (high is None or value <= high)
-        if not fits:
-            raise ScenarioError(
-                "{}: {}, wanted a whole number{}".format(
-                    self.at(key), shown(value), _range(low, high)
-                )
-            )
-        return value
+        return self._given(Field(key, default, low=low, high=high, type=WHOLE))
 
     def text(self, key, default=None, choices=None):
         """Return a text, one of ``choices`` if given."""
-        value = self.take(key, default)
-        if not isinstance(value, str) or (choices and value not in choices):
-            wanted = "one of " + ", ".join(choices) if choices else "a text"
-            raise ScenarioError("{}: {}, wanted {}".format(self.at(key), shown(value), wanted))
-        return value
+        return self._given(Field(key, default, choices=tuple(choices or ()), type=TEXT))
 
     def flag(self, key, default):
         """Return true or false."""
-        value = self.take(key, default)
-        if not isinstance(value, bool):
-            raise ScenarioError("{}: {}, wanted true or false".format(self.at(key), shown(value)))
-        return value
+        return self._given(Field(key, default, type=FLAG))
+
+    def _given(self, field):
+        return fitting(field, self.take(field.name, field.default), self.at(field.name))
 
     def numbers(self, key, count):
         """Return a list of ``count`` finite numbers."""
@@ -209,36 +221,57 @@ class Section:
                 raise ScenarioError(unknown_name(self._where, key, self._read))
 
 
+def fitting(field, value, where, n=None):
+    """Return ``value`` as ``field`` declares it; else ``ScenarioError`` with the place ``where`` it is."""
+    result = field.typed(value, n)
+    if result is not None:
+        return result
+    if field.kind in (NUMBERS, EACH) and isinstance(value, list):
+        one = field._replace(type=NUMBER)
+        for index, item in enumerate(value if len(value) in (field.sizes or (n,)) else ()):
+            fitting(one, item, "{}[{}]".format(where, index))
+    raise ScenarioError("{}: {}, wanted {}".format(where, shown(value), field.wanted(n)))
+
+
 def number(value, where, low=None, high=None, above=None):
     """Return ``value`` as float if it is a finite number in range; else ``ScenarioError``."""
-    fits = isinstance(value, (int, float)) and not isinstance(value, bool)
-    try:
-        fits = fits and math.isfinite(float(value))
-    except OverflowError:
-        fits = False
-    fits = fits and (low is None or value >= low) and (high is None or value <= high)
-    if not fits or (above is not None and value <= above):
-        limits = _range(low, high) if above is None else " above {:g}".format(above)
-        limits += " and up to {:g}".format(high) if None not in (above, high) else ""
-        raise ScenarioError("{}: {}, wanted a number{}".format(where, shown(value), limits))
-    return float(value)
+    low, is_open = (low, False) if above is None else (above, True)
+    return fitting(Field("", None, "", low, high, is_open, type=NUMBER), value, where)
 
 
 def number_list(value, count, where):
     """Return ``value`` as a list of ``count`` finite floats; else ``ScenarioError``."""
-    if not isinstance(value, list) or len(value) != count:
-        raise ScenarioError(
-            "{}: {}, wanted a list of {} numbers".format(where, shown(value), count)
-        )
-    return [number(item, "{}[{}]".format(where, index)) for index, item in enumerate(value)]
+    return list(fitting(Field("", type=NUMBERS, sizes=(count,)), value, where))
 
 
-def _range(low, high):
-    if low is not None and high is not None:
-        return " from {:g} to {:g}".format(low, high)
-    if low is not None:
-        return " of at least {:g}".format(low)
-    return " of at most {:g}".format(high) if high is not None else ""
+def record(name, fields, before=(), after=None):
+    """Return a named tuple of the values of ``fields``, with their defaults.
+
+    ``before``: names of further values, without defaults; ``after``: those of more, by name.
+    """
+    defaults = dict({field.name: field.default for field in fields}, **(after or {}))
+    return namedtuple(name, (*before, *defaults), defaults=defaults.values())
+
+
+def written(values, fields, n=None):
+    """Return what a file holds of the ``record`` ``values``, with n robots, by name.
+
+    Nothing, and a default that is stated as a rule, are left out.
+    """
+    plain = {}
+    for field in fields:
+        value = getattr(values, field.name)
+        is_left_out = bool(field.rule) or field.default is None
+        if not is_left_out or value != field.default:
+            plain[field.name] = field.plain(value, n) if field.plain else as_plain(value)
+    return plain
+
+
+def as_plain(value):
+    """Return ``value`` as a file holds it."""
+    if hasattr(value, "to_plain"):
+        return value.to_plain()
+    return [as_plain(each) for each in value] if isinstance(value, tuple) else value
 
 
 def reason(error):

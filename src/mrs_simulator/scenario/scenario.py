@@ -6,37 +6,27 @@ wanted.  Lengths in m, angles in rad, times in s, poses in the common frame.
 
 import math
 import os
-from typing import Any, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 import yaml
 
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
 from mrs_simulator.core.step_rates import rate_note, steps_between
-from mrs_simulator.scenario.control import Control, read_control
-from mrs_simulator.scenario.incidents import Event, events_of_first, read_events
-from mrs_simulator.scenario.network.links import NO_FAULTS, Links, read_links
-from mrs_simulator.scenario.network.topology import read_topology
+from mrs_simulator.scenario.control import Control  # noqa: F401, known from here
+from mrs_simulator.scenario.incidents import events_of_first
+from mrs_simulator.scenario.keys import ENGINES, FIDELITIES, KEYS, SEED  # noqa: F401, likewise
 from mrs_simulator.scenario.reading import (
     ScenarioError,
     Section,
+    as_plain,
     load_yaml,
     parse_yaml,
+    record,
     shown,
+    written,
 )
-from mrs_simulator.scenario.requirements import Requirement, read_requirements
-from mrs_simulator.scenario.search import NO_SEARCH, Search, read_search
-from mrs_simulator.scenario.surroundings.environment import CALM, Environment, read_environment
-from mrs_simulator.scenario.surroundings.maps import Map, read_map
-from mrs_simulator.scenario.surroundings.obstacle_reading import obstacle_to_plain, read_obstacles
-from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
-from mrs_simulator.scenario.team.estimates import Estimates, read_estimates
 from mrs_simulator.scenario.team.layouts import extend_poses
-from mrs_simulator.scenario.team.limits import LoweredLimits, limits_to_plain, read_limits
-from mrs_simulator.scenario.team.load import Load, read_load
-from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, Mismatch, read_mismatch
-from mrs_simulator.scenario.team.odometry_errors import OdometryErrors, read_odometry_errors
 from mrs_simulator.scenario.team.robots import (  # noqa: F401, names of the team that others know from here
     DEFAULT_KIND,
     FARTHEST,
@@ -45,60 +35,24 @@ from mrs_simulator.scenario.team.robots import (  # noqa: F401, names of the tea
     located_kinds,
     read_team,
 )
-from mrs_simulator.scenario.team.sensor_changes import SensorChange, changes_for_robots
+from mrs_simulator.scenario.team.sensor_changes import changes_for_robots
 
-FIDELITIES = ("kinematic", "dynamic", "point_mass")
-ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
-ODOMETRIES = ("world", "wheel")
 # Keys that command lines change, besides the number of robots and the protocol.
 OVERRIDES = ("fidelity", "engine", "odometry", "limits", "duration", "seed")
-LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
 MOST_TURNED = 4.0 * math.pi  # [rad] of a heading, beyond which degrees may have been meant
+TEAM = {"own_kinds": {}, "altitude": None, "sensors": ()}
 
 
-class Scenario(NamedTuple):
-    """A whole experiment.
+class Scenario(record("Scenario", KEYS, ("poses", "kinds"), dict(TEAM, path=""))):
+    """A whole experiment: the values of ``KEYS``, as docs/scenarios.md lists them, and the team's.
 
-    ``limits`` is a preset's name, ``LoweredLimits``, ``Limits``, or None for no limits.
+    ``poses`` (n, 3) [m, m, rad]: initial poses of the wheel-axle centres; ``kinds``: names, n of them;
+    ``own_kinds``: those that the scenario describes, by name; ``altitude`` (n,) [m]: heights at which
+    robots begin, None on the ground; ``sensors``: changes to those of the kinds, ``SensorChange``s;
+    ``path`` of its file.  ``limits`` is a preset's name, ``LoweredLimits``, ``Limits``, or None for none.
     """
 
-    poses: np.ndarray  # (n, 3) [m, m, rad], initial poses of the wheel-axle centres
-    kinds: Tuple[str, ...]
-    title: str = ""
-    fidelity: str = "kinematic"
-    limits: Union[str, LoweredLimits, Limits, None] = "firmware"
-    odometry: str = "world"
-    control: Control = Control()
-    topology: Optional[Topology] = None
-    links: Links = NO_FAULTS
-    mismatch: Mismatch = NO_MISMATCH
-    obstacles: Tuple[Union[Box, Cylinder], ...] = ()
-    environment: Environment = CALM
-    duration: float = 60.0  # [s]
-    seed: int = 0
-    speed: float = 1.0  # [-] simulated over wall time; 0: as fast as possible
-    record_rate: float = 10.0  # [Hz]
-    odometry_rate: Union[str, float, None] = (
-        None  # [Hz], "kinds": each kind's own, None: as fast as can be
-    )
-    cmd_vel_timeout: Optional[float] = None  # [s], None: that of each robot's kind
-    step: float = LONGEST_STEP  # [s]
-    path: str = ""
-    own_kinds: Dict[str, Any] = {}  # of robots, as the scenario describes them by name
-    altitude: Optional[np.ndarray] = (
-        None  # (n,) [m] heights at which robots begin, None: on the ground
-    )
-    sensors: Tuple[SensorChange, ...] = ()  # changes to the kinds' sensors
-    odometry_errors: Optional[OdometryErrors] = None  # None: those built in, of the wheels
-    map: Optional[Map] = None  # of walls: ``maps.obstacles_of``
-    estimates: Optional[Estimates] = None  # None: those of odometry
-    events: Tuple[Event, ...] = ()  # scheduled faults
-    takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
-    load: Optional[Load] = None  # that the robots carry together
-    record: Tuple[str, ...] = ()  # names of sensors whose readings are recorded
-    engine: str = ENGINES[0]  # what moves robots on wheels with forces
-    requirements: Tuple[Requirement, ...] = ()  # formulas that runs are to keep
-    search: Search = NO_SEARCH  # what may vary between the runs of a search
+    __slots__ = ()
 
     @property
     def n(self):
@@ -149,13 +103,18 @@ class Scenario(NamedTuple):
             self.poses[:n] if n < self.n else extend_poses(self.poses, n, size=size, seed=self.seed)
         )
         kinds = (self.kinds + (self.kinds[-1],) * n)[:n]
-        title = title_of(n, self.control.protocol)
         return self._replace(
-            title=title,
+            title=title_of(n, self.control.protocol),
             poses=poses,
-            altitude=self._altitude_for(n),
             kinds=kinds,
             topology=self._topology_for(n),
+            **self._values_for(n),
+        )
+
+    def _values_for(self, n):
+        """Return what has values of each robot, but for poses, kinds and topology, for n robots."""
+        return dict(
+            altitude=self._altitude_for(n),
             control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
             sensors=changes_for_robots(self.sensors, self.n, n),
@@ -192,24 +151,12 @@ class Scenario(NamedTuple):
 
     def changed(self, **values):
         """Return this scenario with other top-level keys, checked as in a file."""
-        content = self.to_dict()
+        kept = self
+        if "robots" in values:
+            kept = self._replace(**self._values_for(values["robots"]))
+        content = kept.to_dict()
         if values.get("fidelity", "dynamic") != "dynamic":
             content.pop("engine", None)
-        if "robots" in values and "mismatch" in content:
-            content["mismatch"] = self.mismatch.with_robots(values["robots"]).to_plain()
-        if "robots" in values:
-            content["control"] = self.control.with_robots(values["robots"]).to_plain()
-        if "robots" in values and self.altitude is not None:
-            content["altitude"] = self._altitude_for(values["robots"]).tolist()
-        if "robots" in values and self.sensors:
-            kept = changes_for_robots(self.sensors, self.n, values["robots"])
-            content["sensors"] = [change.to_plain() for change in kept]
-        if "robots" in values and self.events:
-            content["events"] = [
-                e.to_plain() for e in events_of_first(self.events, values["robots"])
-            ]
-        if "robots" in values and self.load is not None:
-            content["load"] = self.load.with_robots(values["robots"]).to_plain()
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
@@ -234,58 +181,16 @@ class Scenario(NamedTuple):
 
     def to_dict(self):
         """Return the scenario as plain values that ``scenario_from_dict`` reads back."""
-        result = {
-            "title": self.title,
+        team = {
             "robots": self.n,
             "model": self.kinds[0] if len(set(self.kinds)) == 1 else list(self.kinds),
             "poses": [[float(value) for value in pose] for pose in self.poses],
-            "fidelity": self.fidelity,
-            "limits": limits_to_plain(self.limits),
-            "odometry": self.odometry,
-            "control": self.control.to_plain(),
-            "obstacles": [obstacle_to_plain(obstacle) for obstacle in self.obstacles],
+            "altitude": None if self.altitude is None else self.altitude.tolist(),
+            "sensors": as_plain(self.sensors),
+            "kinds": dict(self.own_kinds),
         }
-        for key in ("duration", "seed", "speed", "record_rate", "step"):
-            result[key] = getattr(self, key)
-        if self.engine != ENGINES[0]:
-            result["engine"] = self.engine
-        if self.environment != CALM:
-            result["environment"] = self.environment.to_plain()
-        for key in ("cmd_vel_timeout", "odometry_rate"):
-            if getattr(self, key) is not None:
-                result[key] = getattr(self, key)
-        if self.topology is not None:
-            edges = [list(edge) for edge in self.topology.edges]
-            result["topology"] = {"edges": edges, "directed": self.topology.directed}
-        if self.altitude is not None:
-            result["altitude"] = self.altitude.tolist()
-        if self.odometry_errors is not None:
-            result["odometry_errors"] = self.odometry_errors.to_plain()
-        if self.estimates is not None:
-            result["estimates"] = self.estimates.to_plain()
-        if self.map is not None:
-            result["map"] = self.map.to_plain()
-        if self.load is not None:
-            result["load"] = self.load.to_plain()
-        if self.sensors:
-            result["sensors"] = [change.to_plain() for change in self.sensors]
-        if self.record:
-            result["record"] = list(self.record)
-        if self.takeoff:
-            result["takeoff"] = True
-        if self.events:
-            result["events"] = [event.to_plain() for event in self.events]
-        if self.requirements:
-            result["requirements"] = dict(self.requirements)
-        if self.search != NO_SEARCH:
-            result["search"] = self.search.to_plain()
-        if self.own_kinds:
-            result["kinds"] = dict(self.own_kinds)
-        if self.links != NO_FAULTS:
-            result["links"] = self.links.to_plain(self.n)
-        if self.mismatch != NO_MISMATCH:
-            result["mismatch"] = self.mismatch.to_plain()
-        return result
+        team = {key: value for key, value in team.items() if value}
+        return {**team, **written(self, KEYS, self.n)}
 
     def to_yaml(self):
         """Return the scenario as YAML text."""
@@ -322,52 +227,24 @@ def scenario_from_dict(content, where="scenario"):
     if not isinstance(content, dict):
         raise ScenarioError("{}: {}, wanted a mapping of keys".format(where, shown(content)))
     top = Section(content, where)
-    seed = top.whole("seed", 0, low=0, high=2**32 - 1)
+    seed = top.field(SEED)
     poses, kinds, own_kinds, altitude, sensors = read_team(top, seed)
-    control = read_control(top, len(poses))
-    topology = read_topology(top, poses, seed)
-    scenario = Scenario(
-        poses=poses,
-        kinds=kinds,
-        title=top.text("title", ""),
-        fidelity=top.text("fidelity", "kinematic", FIDELITIES),
-        limits=read_limits(top),
-        odometry=top.text("odometry", "world", ODOMETRIES),
-        control=control,
-        topology=topology,
-        links=read_links(top.take("links", {}), top.at("links"), len(poses), topology),
-        mismatch=read_mismatch(top.take("mismatch", {}), top.at("mismatch"), len(poses)),
-        obstacles=read_obstacles(top),
-        environment=read_environment(top.take("environment", {}), top.at("environment")),
-        duration=top.number("duration", 60.0, above=0.0),
-        seed=seed,
-        speed=top.number("speed", 1.0, low=0.0),
-        record_rate=top.number("record_rate", 10.0, above=0.0),
-        odometry_rate=_read_odometry_rate(top),
-        cmd_vel_timeout=_read_timeout(top),
-        step=_read_step(top, control.rate),
-        own_kinds=own_kinds,
-        altitude=altitude,
-        sensors=sensors,
-        record=_read_record(top),
-        odometry_errors=read_odometry_errors(top),
-        map=read_map(top),
-        estimates=read_estimates(top),
-        events=read_events(top, len(poses)),
-        takeoff=top.flag("takeoff", False),
-        load=read_load(top, len(poses)),
-        engine=top.text("engine", ENGINES[0], ENGINES),
-        requirements=read_requirements(top),
-        search=read_search(top),
-    )
-    top.done()
+    top.n = len(poses)
+    team = dict(poses=poses, kinds=kinds, own_kinds=own_kinds, altitude=altitude, sensors=sensors)
+    scenario = Scenario(**top.values(KEYS, seed=seed, **team))
+    _refuse_conflicts(scenario, top)
+    return scenario
+
+
+def _refuse_conflicts(scenario, top):
+    """Raise ``ScenarioError`` for keys that contradict each other."""
     if scenario.engine != ENGINES[0] and scenario.fidelity != "dynamic":
         raise ScenarioError(
             "{}: {}, but fidelity is {}; wanted fidelity: dynamic".format(
                 top.at("engine"), scenario.engine, scenario.fidelity
             )
         )
-    if scenario.takeoff and altitude is None:
+    if scenario.takeoff and scenario.altitude is None:
         raise ScenarioError(
             "{}: true, but no robot has an altitude; wanted that to which it rises".format(
                 top.at("takeoff")
@@ -385,46 +262,3 @@ def scenario_from_dict(content, where="scenario"):
                 top.at("odometry")
             )
         )
-    return scenario
-
-
-def _read_odometry_rate(top):
-    if not top.has("odometry_rate"):
-        return top.take("odometry_rate")
-    given = top.take("odometry_rate")
-    if given == "kinds":
-        return given
-    if isinstance(given, str):
-        raise ScenarioError(
-            "{}: {}, wanted a number [Hz], or kinds".format(top.at("odometry_rate"), shown(given))
-        )
-    return top.number("odometry_rate", above=0.0)
-
-
-def _read_timeout(top):
-    if not top.has("cmd_vel_timeout"):
-        return top.take("cmd_vel_timeout")
-    return top.number("cmd_vel_timeout", above=0.0)
-
-
-def _read_step(top, rate):
-    period = 1.0 / rate
-    default = period / math.ceil(period / LONGEST_STEP - 1e-9)
-    step = top.number("step", default, low=1e-5, high=1.0)
-    if abs(period / step - round(period / step)) > 1e-6 or step > period * (1.0 + 1e-9):
-        raise ScenarioError(
-            "{}: {:g} s, wanted the command period 1/rate = {:g} s divided by a whole "
-            "number".format(top.at("step"), step, period)
-        )
-    return step
-
-
-def _read_record(top):
-    """Return the names of the sensors under ``record``."""
-    names, where = top.take("record", []), top.at("record")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ScenarioError("{}: {}, wanted a list of sensors' names".format(where, shown(names)))
-    for name in names:
-        if names.count(name) > 1:
-            raise ScenarioError("{}: {} twice".format(where, shown(name)))
-    return tuple(names)

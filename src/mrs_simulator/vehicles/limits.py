@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import Limits
-from mrs_simulator.scenario.scenario import LoweredLimits
+from mrs_simulator.scenario.team.limits import LoweredLimits
 from mrs_simulator.vehicles.kind import AxisLimit
 
 ACROSS = "linear."  # how the names of the axes of translation begin

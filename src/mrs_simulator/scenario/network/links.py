@@ -131,19 +131,19 @@ NO_FAULTS = Links()
 
 
 @explained_by("docs/scenarios.md#edges-with-faults")
-def read_links(content, where, n, topology):
-    """Return the ``Links`` in the mapping ``content``; ``where`` names it in errors.
+def read_links(top, others):
+    """Return the ``Links`` under ``links`` of the section ``top``.
 
-    Raises ``ScenarioError``, also for edges that are switched and not in ``topology``.
+    Raises ``ScenarioError``, also for edges that are switched and not in the ``topology`` of ``others``.
     """
-    section = Section(content, where)
+    section, n = Section(top.take("links", {}), top.at("links")), top.n
     links = Links(
         delay=_read_per_edge(section, "delay", n, LONGEST_DELAY),
         loss=_read_per_edge(section, "loss", n, 1.0),
         on_loss=section.text("on_loss", "hold", ON_LOSS),
         symmetric=section.flag("symmetric", False),
         carries=section.text("carries", "state", CARRIES),
-        switching=_read_switching(section, n, topology),
+        switching=_read_switching(section, n, others["topology"]),
     )
     section.done()
     if links.symmetric and not links.loss.is_symmetric(n):

@@ -202,7 +202,7 @@ def test_transducers_that_take_turns_tell_what_they_heard_last():
     suite = suite_of(content)
     heard = []
     for step in range(0, 21, 5):  # samples of 0.1 s, in which the robot drives 0.1 m
-        now = state([[0.02 * step, 0.0, 0.0]])._replace(time=0.02 * step)
+        now = state([[0.02 * step, 0.0, 0.0]]).replace(time=0.02 * step)
         suite.update(step, lambda now=now: now)
         heard.append(suite.readings(0.02 * step)[0]["ring"].ranges.tolist())
     # Turns 1 and 2 are over by 0.1 s, then 3, 4 (the first transducer), and 5 at 0.2 s, and so on.

@@ -222,7 +222,7 @@ def test_a_tilted_imu_feels_gravity_aslant():
     )
     pose, z = [[0.0, 0.0, 0.0]], np.array([1.0])
     before = state(pose, z=z, spatial=pitched)
-    (reading,) = read(IMU, before, before._replace(time=0.02), model="crazyflie2")
+    (reading,) = read(IMU, before, before.replace(time=0.02), model="crazyflie2")
     assert reading.acceleration == pytest.approx([-0.5 * GRAVITY, 0.0, math.sqrt(0.75) * GRAVITY])
 
 

@@ -62,7 +62,7 @@ class Scenery:
 
     def _shapes_at(self, state):
         cos, sin = cos_sin(state.pose[:, 2])
-        axis, low = np.stack([cos, sin], axis=1), state.heights()
+        axis, low = np.stack([cos, sin], axis=1), state.heights
         centre = state.pose[:, :2] + self._ahead[:, np.newaxis] * axis
         robots = centre, axis, *self._body, low, low + self._height, np.arange(len(low))
         return Shapes(*map(np.concatenate, zip(self._fixed_at(state.time), robots)))

@@ -297,7 +297,7 @@ class World:
         motion = self.motion
         travel, contacts = tuple(motion.wheel_travel), tuple(motion.contacts())
         pose, twist = self.pose, self.twist
-        return State(self.time, pose, twist, motion.z, motion.spatial, travel, contacts)
+        return State(self.time, pose, twist, travel, contacts, spatial=motion.spatial)
 
     @property
     def load(self):

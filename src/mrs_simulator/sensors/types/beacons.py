@@ -94,7 +94,7 @@ class Beacons:
     def _is_open(self, state, environment, origin, way, far):
         """Return where nothing stands between the sensors and the beacons, (m, K) bool."""
         length = np.where(far > 0.0, far, 1.0)[..., np.newaxis]
-        height = state.heights()[self._rows] + self._height
+        height = state.heights[self._rows] + self._height
         rays = Rays(origin, way / length, height, self._rows)
         return cast(environment.at(state), rays, self._settings.most) >= far - TOUCH
 

@@ -76,7 +76,7 @@ class Camera:
         """Return the ``CameraReading`` of all robots in ``rows``."""
         settings, pose = self._settings, state.pose[self._rows]
         place = carried(pose, np.array([self._place[:2]]))[:, 0]
-        height = state.heights()[self._rows] + self._place[2]
+        height = state.heights[self._rows] + self._place[2]
         level, up = math.cos(settings.down), -math.sin(settings.down)
         cos, sin = cos_sin(pose[:, 2] + self._place[3])
         ahead = np.stack([level * cos, level * sin, np.full(len(cos), up)], axis=1)

@@ -7,6 +7,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spatial import turned_about_z
 from mrs_simulator.sensors.types.plain import Plain
+from mrs_simulator.state.columns import ORIENTATION, OUT_OF_PLANE
 
 GRAVITY = 9.80665  # [m/s^2] standard
 
@@ -45,15 +46,15 @@ def body_twist(state, rows):
     """Return the velocities and turn rates (m, 3) each of robots ``rows``, in their axes."""
     velocity, rate = np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
     velocity[:, :2], rate[:, 2] = state.twist[rows, :2], state.twist[rows, 2]
-    if state.spatial is not None:
-        velocity[:, 2], rate[:, :2] = state.spatial.twist[rows, 0], state.spatial.twist[rows, 1:]
+    if state.has(OUT_OF_PLANE):
+        velocity[:, 2], rate[:, :2] = state.out_of_plane[rows, 0], state.out_of_plane[rows, 1:]
     return velocity, rate
 
 
 def upwards(state, rows):
     """Return the vertical's direction (m, 3) in the axes of robots ``rows``."""
-    spatial = state.spatial
-    turn = turned_about_z(state.pose[rows, 2]) if spatial is None else spatial.orientation[rows]
+    is_level = not state.has(ORIENTATION)
+    turn = turned_about_z(state.pose[rows, 2]) if is_level else state.orientation[rows]
     x, y, z, w = turn.T
     # The last row of the rotation from the body's axes to the common frame.
     return np.stack(
@@ -98,4 +99,4 @@ class Altimeter(Plain):
 
     def read(self, state, environment, rng):
         """Return the ``AltimeterReading`` of all robots in ``rows``."""
-        return AltimeterReading(state.time, rng.noisy(state.heights()[self._rows]))
+        return AltimeterReading(state.time, rng.noisy(state.heights[self._rows]))

@@ -98,7 +98,7 @@ class Gps:
     def read(self, state, environment, rng):
         """Return the ``GpsReading`` of all robots in ``rows``."""
         place = carried(state.pose[self._rows], self._place)[:, 0]
-        up = state.heights()[self._rows] + self._height
+        up = state.heights[self._rows] + self._height
         return GpsReading(
             state.time, *geodetic(rng.noisy(np.column_stack([place, up])), self._origin)
         )

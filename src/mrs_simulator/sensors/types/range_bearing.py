@@ -94,7 +94,7 @@ class RangeBearing:
         rays = Rays(
             origin[k],
             (way[k, other] / distance[:, np.newaxis])[:, np.newaxis],
-            state.heights()[self._rows[k]] + self._height,
+            state.heights[self._rows[k]] + self._height,
             self._rows[k],
         )
         met = cast(environment.at(state), rays, self._settings.most, unseen=other)[:, 0]

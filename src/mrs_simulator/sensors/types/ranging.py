@@ -59,7 +59,7 @@ class Ranging:
         rays = Rays(
             carried(pose, self._origins),
             directions(pose[:, 2], self._places[:, 2]),
-            state.heights()[self._rows] + self._height,
+            state.heights[self._rows] + self._height,
             self._rows,
         )
         ranges = rng.noisy(cast(environment.at(state), rays, most, self._cone))

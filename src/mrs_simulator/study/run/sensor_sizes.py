@@ -30,7 +30,7 @@ def samples_at_start(scenario, team, obstacles, names):
     suite.activate({row: own for row, own in wanted.items() if own})
     for k in range(TURNS):
         pose = scenario.poses + [0.0, 0.0, 2.0 * math.pi * k / TURNS]
-        state = State(0.0, pose, np.zeros_like(pose), scenario.altitude)
+        state = State(0.0, pose, np.zeros_like(pose), z=scenario.altitude)
         suite.begin(k)
         for sensor in suite.update(k, lambda state=state: state):
             for row, number in enumerate((sensor.rows + 1).tolist()):

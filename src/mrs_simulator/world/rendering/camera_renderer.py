@@ -1,6 +1,7 @@
 """Pictures of simulated cameras, by pybullet's renderer."""
 
 from mrs_simulator.sensors.suite import SensorError
+from mrs_simulator.state.columns import SPATIAL
 
 
 class CameraRenderer:
@@ -19,7 +20,8 @@ class CameraRenderer:
         if self._view is None:
             self._view = self._opened(state)
         if self._shown is not state:  # several cameras look at the same time
-            self._view.show(state.pose, state.spatial, state.time)
+            spatial = state.spatial if state.has(SPATIAL) else None
+            self._view.show(state.pose, spatial, state.time)
             self._shown = state
         return self._view.seen(eye, ahead, settings)
 

@@ -15,6 +15,7 @@ from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRu
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
+from mrs_simulator.scenario.requirements import RESULT_KEYS
 
 APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]
@@ -71,6 +72,19 @@ def panel():
     yield widget
     widget.close()
     widget.deleteLater()
+
+
+def test_requirements_are_rows_behind_the_checks(verdict):
+    kept = {**dict.fromkeys(RESULT_KEYS), "name": "apart", "met": True, "low": 0.5, "high": 0.5}
+    kept.update(note="", margin=0.5, unit="m", time=1.0, member="robot1 and robot2", decided_at=9.0)
+    kept.update(predicate="distance > 1 m", formula="always distance > 1 m")
+    broken = {**kept, "name": "slow", "met": False, "low": -0.2, "high": -0.2, "margin": -0.2}
+    verdict.set_verdict({**VERDICT, "requirements": [kept, broken]})
+    row = verdict.row("apart")
+    assert (row["about"], row["result"], row["measured"]) == ("requirement", "passed", "0.5")
+    assert "by robot1 and robot2 at 1.00 s" in row["remark"]
+    assert verdict.row("slow")["result"] == "FAILED"
+    assert "4 passed" not in verdict.title() and "3 passed, 2 failed" in verdict.title()
 
 
 def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):

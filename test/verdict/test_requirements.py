@@ -16,7 +16,8 @@ from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.requirements.listing import main as list_signals
 from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
 from mrs_simulator.verdict.requirements.signals import VALUES, signal_of
-from mrs_simulator.verdict.verdict import exit_code, verdict_text
+from mrs_simulator.verdict.verdict import exit_code, verdict_text, write_verdict
+from mrs_simulator.verdict.verdict_file import read_verdict
 
 SCENARIO = {
     "poses": [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
@@ -150,3 +151,17 @@ def test_the_signals_are_listed(tmp_path):
         list_signals([str(path)])
     assert "apart: always(distance > 0 m)" in text.getvalue()
     assert all(name in text.getvalue() for name in SIGNALS)
+
+
+def test_results_are_read_back_and_what_is_none_is_refused(tmp_path):
+    verdict = run_experiment(scenario(far="always distance > 1 m"), str(tmp_path), formats=())
+    path = str(tmp_path / "verdict.json")
+    assert read_verdict(path)["requirements"] == verdict["requirements"]
+    for wrong in ({"met": "yes"}, {"margin": "0.2"}):
+        bad = dict(verdict, requirements=[{**verdict["requirements"][0], **wrong}])
+        write_verdict(bad, path)
+        with pytest.raises(ValueError, match="requirement 1: " + next(iter(wrong))):
+            read_verdict(path)
+    write_verdict(dict(verdict, requirements=[{"name": "far"}]), path)
+    with pytest.raises(ValueError, match="requirement 1: no formula"):
+        read_verdict(path)

@@ -9,6 +9,11 @@ from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
 from mrs_simulator.scenario.reading import ScenarioError, shown
 
 LONGEST_NAME = 60  # [characters]
+# Of what became of a requirement: verdict.requirements.results
+RESULT_KEYS = (
+    *("name", "formula", "met", "low", "high", "predicate", "margin", "unit", "time", "member"),
+    *("decided_at", "grade", "scale", "period", "note"),
+)
 
 
 class SignalKind(NamedTuple):

@@ -3,6 +3,7 @@
 from mrs_simulator.core.claims import LAW, QUESTIONS, ROBOTS, THEOREM
 from mrs_simulator.core.fields import shown
 from mrs_simulator.scenario.reading import read_json
+from mrs_simulator.scenario.requirements import RESULT_KEYS
 
 NUMBER = (int, float)
 # Of a verdict, what is read anywhere: its type, what was wanted, and what is taken where it is absent.
@@ -20,6 +21,7 @@ LISTS = {
     "final_gaps": (NUMBER, "a list of numbers"),
     "warnings": (str, "a list of texts"),
     "checks": (dict, "a list of mappings"),
+    "requirements": (dict, "a list of mappings"),
 }
 OUTCOMES = ("passed", "failed", "not_judged")
 # What checks without a question ask, by the beginnings of their names; the others are of the theorem.
@@ -61,8 +63,24 @@ def read_verdict(path):
             _of_type(value, kind, key, wanted)
         verdict[key] = values
     places = enumerate(verdict["checks"], 1)
+    wanted = enumerate(verdict["requirements"], 1)
+    verdict["requirements"] = [_requirement(each, "requirement {}".format(k)) for k, each in wanted]
     verdict["checks"] = [_check(check, "check {}".format(place)) for place, check in places]
     return verdict
+
+
+def _requirement(result, where):
+    """Return a requirement's result, which has all its keys."""
+    missing = [key for key in RESULT_KEYS if key not in result]
+    if missing:
+        raise ValueError("{}: no {}, wanted a requirement's result".format(where, missing[0]))
+    if result["met"] is not None:
+        _of_type(result["met"], bool, where + ": met", "true, false or null")
+    numbers = ("low", "high", "margin", "time", "decided_at")
+    for key in numbers:
+        if result[key] is not None:
+            _of_type(result[key], NUMBER, "{}: {}".format(where, key), "a number")
+    return result
 
 
 def _check(check, where):

@@ -7,14 +7,15 @@ from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
+from mrs_simulator.verdict.requirements.results import known_bound, line_of
 from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 
 HEADERS = (
-    ("about", "Theorem, law or robots: which question the row answers"),
+    ("about", "Theorem, law, robots: which question the row answers; or a requirement"),
     ("claim", "A claim of the protocol's theory, or a check of every run"),
     ("result", "Whether prediction and measurement agree"),
     ("predicted", "The value that theory gives"),
-    ("measured", "The value in this run"),
+    ("measured", "The value in this run; of a requirement its robustness"),
     ("difference", "Measured minus predicted"),
     ("tolerance", "The largest difference that passes"),
     ("remark", "How they are compared, or why the claim does not apply"),
@@ -27,6 +28,7 @@ OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results 
 TITLES = {PASSED: "passed", FAILED: "FAILED", NOT_JUDGED: "not judged"}
 BEFORE = "No verdict yet. Saving a run compares it with its protocol's theory."
 MOST_GAPS = 12
+REQUIREMENT = "requirement"
 
 
 class VerdictPanel(QWidget):
@@ -57,7 +59,8 @@ class VerdictPanel(QWidget):
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
         self.verdict = verdict
-        checks = sorted(verdict["checks"], key=_place)
+        wanted = map(_as_check, verdict.get("requirements", []))
+        checks = sorted([*verdict["checks"], *wanted], key=_place)
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
         parts = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
         outcome = outcome_of(verdict)
@@ -95,9 +98,17 @@ class VerdictPanel(QWidget):
         raise KeyError(claim)
 
 
+def _as_check(result):
+    """Return what became of a requirement as a check is stated, its robustness as the measured value."""
+    numbers = dict.fromkeys(("predicted", "difference", "tolerance"))
+    robustness = known_bound(result)
+    check = {"question": REQUIREMENT, "name": result["name"], "passed": result["met"], **numbers}
+    return {**check, "measured": robustness, "note": line_of(result)}
+
+
 def _place(check):
     """Return what rows are sorted by: their question, then their result."""
-    return QUESTIONS.index(check["question"]), ORDER.index(check["passed"])
+    return (*QUESTIONS, REQUIREMENT).index(check["question"]), ORDER.index(check["passed"])
 
 
 def _cells(check):

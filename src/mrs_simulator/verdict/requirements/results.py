@@ -8,13 +8,10 @@ from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.temporal_logic.formula import predicates
 from mrs_simulator.core.temporal_logic.robustness import evaluate
 from mrs_simulator.core.temporal_logic.syntax import FormulaError
+from mrs_simulator.scenario.requirements import RESULT_KEYS
 from mrs_simulator.verdict.requirements.signals import Absent, signal_of
 from mrs_simulator.verdict.user_values import plain
 
-KEYS = (
-    *("name", "formula", "met", "low", "high", "predicate", "margin", "unit", "time", "member"),
-    *("decided_at", "grade", "scale", "period", "note"),
-)
 WORDS = {True: "met", False: "BROKEN", None: "open"}
 
 
@@ -25,7 +22,7 @@ def requirement_results(control, run):
     """
     wanted = run.scenario.requirements if run.scenario else ()
     kept = run.meta.get("requirements", [])
-    whole = all(isinstance(each, dict) and set(each) == set(KEYS) for each in kept)
+    whole = all(isinstance(each, dict) and set(each) == set(RESULT_KEYS) for each in kept)
     if whole and [(each["name"], each["formula"]) for each in kept] == list(wanted):
         return kept
     return evaluated(control, run)
@@ -48,7 +45,7 @@ def evaluated(control, run):
 
 
 def _result(requirement, control, run, period):
-    result = dict.fromkeys(KEYS)
+    result = dict.fromkeys(RESULT_KEYS)
     result.update(name=requirement.name, formula=requirement.text, period=period, note="")
     formula = requirement.formula
     names = {name for each in predicates(formula) for name in each.signals}
@@ -60,7 +57,7 @@ def _result(requirement, control, run, period):
     except Exception as error:  # of the protocol's methods
         traceback.print_exc()
         return {**result, "note": named(error)}
-    result.update((key, value) for key, value in found._asdict().items() if key in KEYS)
+    result.update((key, value) for key, value in found._asdict().items() if key in RESULT_KEYS)
     if found.holds is not None and found.margin is None:
         result["note"] = "there is none of which it speaks"
     return plain({**result, "met": found.holds}, "requirement")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
+from mrs_simulator.control.safety import filter as safety
 from mrs_simulator.control.safety.filter import margins, safe_velocities
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
@@ -120,3 +121,39 @@ def test_a_symmetric_crossing_does_not_deadlock(tmp_path):
 
     end = read_run_csv(str(tmp_path / "run.csv")).hand[-1]
     assert np.linalg.norm(end - Cross.goal, axis=1).max() < 0.3
+
+
+def crowd(n, seed):
+    """Return velocities, points and distances of n robots of two sizes in a place that they fill."""
+    draw = np.random.default_rng(seed)
+    side = int(np.ceil(np.sqrt(n)))
+    points = 1.4 * np.stack([np.arange(n) // side, np.arange(n) % side], axis=1)
+    points = points + draw.uniform(-0.2, 0.2, (n, 2))
+    reach = np.where(np.arange(n) % 2, 0.3, 0.5)
+    return draw.uniform(-0.4, 0.4, (n, 2)), points, reach[:, np.newaxis] + reach
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_that_are_left_out_would_change_nothing(seed, monkeypatch):
+    wanted, points, distance = crowd(60, seed)
+    brakes = safety.Brakes(np.full(60, 1.0 / 0.3), np.full(60, 0.3))
+    terms = wanted, points, distance, 0.02
+    given = safety.safe_velocities(*terms, brakes=brakes)
+    within = safety._most_distant(
+        2.0 * np.linalg.norm(wanted, axis=1).max(), *terms[2:], 1.0, None, brakes
+    )
+    assert within < np.ptp(points)
+    monkeypatch.setattr(safety, "_most_distant", lambda *terms: np.inf)
+    np.testing.assert_array_equal(given, safety.safe_velocities(*terms, brakes=brakes))
+
+
+@pytest.mark.parametrize("cap", [None, 0.3])
+def test_newtons_method_and_gradients_find_the_same(cap, monkeypatch):
+    wanted, points, distance = crowd(30, 1)
+    speed = None if cap is None else np.full(30, cap)
+    given = safety.safe_velocities(wanted, points, distance, 0.02, speed=speed)
+    monkeypatch.setattr(safety, "_by_newton", lambda *terms: None)
+    monkeypatch.setattr(safety, "SWEEPS", 4000)
+    by_gradients = safety.safe_velocities(wanted, points, distance, 0.02, speed=speed)
+    np.testing.assert_allclose(given, by_gradients, atol=1e-3)  # these stop a little outside
+    assert not np.array_equal(given, wanted)

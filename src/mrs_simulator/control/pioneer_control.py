@@ -490,17 +490,21 @@ class PioneerControl:
         )
         # One factor for the whole team keeps every pair's constraint.
         safe = self.saturated(self.commands_for(velocity, pose), "team")
-        passed = safe if self.way_out is None else self._with_way_out(safe, pose)
+        passed = safe
+        if self.way_out is not None:  # bodies are no nearer than points with their reach
+            passed = self._with_way_out(safe, pose, bounds.least(len(points)))
         if passed is not safe:
             velocity = self.team.velocity(passed, pose, self.joints, self.l, self.period)
         self._deadlocks.note(self.time, wanted, velocity, points, distance)
         return passed
 
-    def _with_way_out(self, command, pose):
-        """Return ``command`` (n, a) for robots to which it leaves a way out; the others brake."""
+    def _with_way_out(self, command, pose, gap):
+        """Return ``command`` (n, a) for robots to which it leaves a way out; the others brake.
+
+        ``gap`` (n,) [m]: by which bodies are at least clear of what stands."""
         heights = np.ones(len(pose)) if self._heights is None else np.array(self._heights)
         around = self._surroundings.standing()
-        return self.way_out.certified(command, pose, heights, self.time, around)
+        return self.way_out.certified(command, pose, heights, self.time, around, gap)
 
     def _safe_by_sensors(self, wanted, points, pose):
         """Return the velocities (n, 2) that the robots' own sensors let pass."""

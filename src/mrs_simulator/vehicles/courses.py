@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.vehicles.team import on_axes
 
 BRAKING = 12  # [-] instants at which a braking robot is looked at
 HOLDING = 2  # [-] the same under a command that is held
@@ -121,12 +120,20 @@ class Courses:
                 after[k], mean[k] = group.drive.followed(
                     before, target, group.limits, group.numbers, max(step, LEAST)
                 )
-        of = np.stack([self._velocity(group, each) for each in (*mean, *after)])
+        of = self._velocity(group, np.concatenate([mean, after]))
         return of[: len(times)], of[len(times) :], after[-1]
 
     def _velocity(self, group, inner):
-        """Return the velocities (m, 3) ahead, to the left and about the vertical of ``inner`` states."""
-        return on_axes(group.velocities(inner), group.drive.AXES, PLANAR)
+        """Return velocities (..., m, 3) ahead, to the left and about the vertical of ``inner`` states."""
+        if group.drive.JOINTS and inner.ndim == 3:
+            own = np.stack([group.velocities(each) for each in inner])
+        else:
+            own = group.velocities(inner)
+        result = np.zeros(own.shape[:-1] + (len(PLANAR),))
+        for column, axis in enumerate(group.drive.AXES):
+            if axis in PLANAR:
+                result[..., PLANAR.index(axis)] = own[..., column]
+        return result
 
 
 def ramps(inner, target, rates, times, steps):

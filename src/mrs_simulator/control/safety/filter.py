@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.control.safety.bounds import NO_BOUNDS
+from mrs_simulator.core.neighbours import all_pairs, close_pairs
 
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
 FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
@@ -15,17 +16,20 @@ MOVING_RATE = 0.3  # [1/s] the same for what moves: robots take their time to sp
 SWIRL = 0.8  # [rad] by which robots turn aside at most, before others straight ahead
 LITTLE = 0.15  # [rad] the same upwards, and before what may have no way round, such as a border
 HEEDS = 3.0  # [-] kept distances within which robots turn aside
-SWEEPS = 400  # [-] most steps of the solver
+STEPS = 12  # [-] most steps of the solver by Newton's method
+SWEEPS = 400  # [-] most steps of the solver by gradients
+RESIDUAL = 1e-12  # [-] that is left of linear equations
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 
 
-def margins(points, distance, squash=None):
+def margins(points, distance, squash=None, within=np.inf):
     """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,).
 
-    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n); ``squash`` (d,) as in ``safe_velocities``.
+    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n); ``squash`` (d,) as in ``safe_velocities``;
+    ``within`` [m]: the distance from which on pairs are left out.
     """
-    first, second = np.triu_indices(len(points), 1)
     points = points if squash is None else points * squash
+    first, second = all_pairs(len(points)) if within == np.inf else close_pairs(points, within)
     apart, distance = points[first] - points[second], of_pairs(distance, first, second)
     return np.einsum("ij,ij->i", apart, apart) - distance * distance, first, second
 
@@ -68,7 +72,20 @@ def safe_velocities(
     close up then stands in the place of the first bound, ``2 |p_ij| w_ij`` in that of ``gamma h_ij^3``.
     """
     wanted = np.asarray(wanted, dtype=float)
-    pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
+    terms = points, distance, period, gamma, squash, brakes
+    fastest = 2.0 * float(np.linalg.norm(wanted, axis=1).max(initial=0.0))
+    # Where something comes nearer, robots may have to be faster than anybody wanted to be.
+    within = np.inf if bounds.comes.any() else _most_distant(fastest, *terms[1:])
+    velocity = _among(wanted, terms, within, swirl, bounds, speed)
+    if within < np.inf and np.linalg.norm(velocity, axis=1).max() > fastest:
+        return _among(wanted, terms, np.inf, swirl, bounds, speed)
+    return velocity
+
+
+def _among(wanted, terms, within, swirl, bounds, speed):
+    """Return ``safe_velocities``, pairs that are ``within`` [m] or farther apart left out."""
+    points, distance, period, _, squash, _ = terms
+    pairs = _pair_rows(*terms, within)
     rows = _joined(pairs, bounds, period)
     # At first only pairs matter that could violate their constraint by heading straight for each other.
     size = np.linalg.norm(wanted, axis=1)
@@ -164,8 +181,28 @@ class Brakes(NamedTuple):
         return 2.0 * gap / (late + np.sqrt(late * late + slow * gap))
 
 
-def _pair_rows(points, distance, period, gamma, squash=None, brakes=None):
-    margin, first, second = margins(points, distance, squash)
+def _most_distant(speed, distance, period, gamma, squash, brakes):
+    """Return the distance [m] from which on the bounds of pairs allow two robots at ``speed`` [m/s] each.
+
+    As ``Rows.reach`` has them at half of it.  The least of the three bounds, of the largest robots.
+    """
+    if squash is not None or brakes is None or speed == 0.0:
+        return np.inf
+    most = np.sqrt(2.0) * speed
+    closing = np.sqrt(2.0) * most
+    least, largest = float(np.min(distance)), float(np.max(distance))
+    if np.ndim(distance):
+        off = ~np.eye(len(distance), dtype=bool)
+        least = float(distance[off].min())
+    gap = closing * brakes.late.max() + 0.25 * closing * closing * brakes.slowness.max()
+    # (x^2 - 1)^3/x is above (x^2 - 1)^2.5/sqrt(2) from x^2 = 2 on.
+    wide = np.sqrt(1.0 + max(1.0, (4.0 * most / (gamma * least)) ** 0.4))
+    held = 2.0 * np.sqrt(2.0) * period * most
+    return 1.001 * max(largest + gap, largest * wide, largest + held)
+
+
+def _pair_rows(points, distance, period, gamma, squash=None, brakes=None, within=np.inf):
+    margin, first, second = margins(points, distance, squash, within)
     apart = points[first] - points[second]
     apart = apart if squash is None else apart * squash**2
     # Each row divided by its length.
@@ -247,34 +284,126 @@ def _capped(velocity, speed):
 
 
 def _nearest(wanted, rows, speed=None):
-    """Solve the quadratic programme in its dual, by accelerated projected gradients.
+    """Solve the quadratic programme in its dual: by Newton's method, else by projected gradients."""
+    dual = _Dual(wanted, rows, speed)
+    scale = max(1e-3, float(np.abs(rows.limit).max()), float(np.abs(wanted).max()))
+    force = _by_newton(_Dual(wanted, rows, None), np.zeros(len(rows.limit)), TOLERANCE * scale)
+    if force is not None and speed is not None:
+        force = _by_newton(dual, force, TOLERANCE * scale)
+    if force is None:
+        force = _by_gradients(dual, rows, TOLERANCE * scale)
+    return dual.pushed(dual.free(force)).reshape(wanted.shape)
+
+
+class _Dual:
+    """The dual of the quadratic programme: forces (m,) that push the robots of each row apart."""
+
+    def __init__(self, wanted, rows, speed):
+        (n, d), (first, second) = wanted.shape, rows[:2]
+        self.n = n
+        self._place = np.stack([d * robot + axis for robot in (first, second) for axis in range(d)])
+        self._share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its 2 d places
+        self._begun, self._places = wanted.ravel(), self._place.ravel()
+        self._limit, self._speed = rows.limit, speed
+
+    def free(self, force):
+        """Return ``u - A^T lambda``, (n d,)."""
+        pushes = (self._share * force).ravel()
+        return self._begun - np.bincount(self._places, pushes, len(self._begun))
+
+    def pushed(self, free):
+        """Return velocities ``free`` (n d,) within the caps."""
+        if self._speed is None:
+            return free
+        return _capped(free.reshape(self.n, -1), self._speed).ravel()
+
+    def excess(self, free):
+        """Return by how much velocities ``free`` (n d,) are beyond the limits within the caps, (m,)."""
+        return (self._share * self.pushed(free)[self._place]).sum(axis=0) - self._limit
+
+    def slope(self, rows, free):
+        """Return by how much the excess of ``rows`` (k,) falls for each of their forces, (k, k)."""
+        share = np.zeros((len(rows), len(free)))
+        place = np.arange(len(rows)), self._place[:, rows]
+        np.add.at(share, place, self._share[:, rows])
+        moved = share if self._speed is None else self._turned(share, free)
+        return share @ moved.T
+
+    def _turned(self, share, free):
+        """Return ``share`` (k, n d) times the slope of the caps: on its cap a velocity only turns."""
+        free, share = free.reshape(self.n, -1), share.reshape(len(share), self.n, -1)
+        size = np.maximum(np.linalg.norm(free, axis=1), 1e-300)
+        factor = np.minimum(1.0, self._speed / size)[:, np.newaxis]
+        ahead = np.where(factor < 1.0, free / size[:, np.newaxis], 0.0)
+        along = (share * ahead).sum(axis=2, keepdims=True)
+        return (factor * (share - along * ahead)).reshape(len(share), -1)
+
+
+def _by_newton(dual, force, tolerance):
+    """Return forces with ``force = max(0, force + excess)``, (m,), None where these are not found soon.
+
+    ``force``: those to begin with.  Far beyond caps small forces change nothing: begin with those without.
+    Each step takes for active what pushes, or is beyond its limit (Bergounioux, Ito and Kunisch, 1999).
+    """
+    free = dual.free(force)
+    excess = dual.excess(free)
+    for _ in range(STEPS):
+        ahead = np.maximum(0.0, force + excess)
+        if (np.abs(ahead - force) < tolerance).all():
+            return force
+        active = np.flatnonzero(ahead)
+        if (force[ahead == 0.0] != 0.0).any():
+            force = np.where(ahead > 0.0, force, 0.0)
+            free = dual.free(force)
+            excess = dual.excess(free)
+        if not len(active):
+            continue
+        force = force.copy()
+        force[active] += _solved(dual.slope(active, free), excess[active])
+        free = dual.free(force)
+        excess = dual.excess(free)
+    return None
+
+
+def _solved(matrix, right):
+    """Return x (k,) with ``matrix x = right``, semi-definite, by conjugate gradients.
+
+    They need no LAPACK, whose threads cost more than so few rows.
+    """
+    x, left = np.zeros(len(right)), right
+    along, size = left, np.dot(left, left)
+    least = RESIDUAL * RESIDUAL * size
+    for _ in range(2 * len(right)):
+        moved = matrix.dot(along)
+        curved = np.dot(along, moved)
+        if size <= least or curved <= 0.0:
+            break
+        x = x + size / curved * along
+        left = left - size / curved * moved
+        before, size = size, np.dot(left, left)
+        along = left + size / before * along
+    return x
+
+
+def _by_gradients(dual, rows, tolerance):
+    """Return the forces (m,) after accelerated projected gradients.
 
     A force pushes each pair apart; its step is 1 over the sum of what all forces do to its pair: 1
     itself, and at most half for each other pair of one of the two robots.  With constraints of single
     robots, which share all of their robot, that sum is bounded by 1 for each of both robots'.
     """
-    (n, d), (first, second) = wanted.shape, rows[:2]
-    place = np.stack([d * robot + axis for robot in (first, second) for axis in range(d)])
-    share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its 2 d places
-    begun, places = wanted.ravel(), place.ravel()
-
-    def pushed(force):
-        """Return ``u - A^T lambda`` within the caps, (d n,)."""
-        moved = begun - np.bincount(places, (share * force).ravel(), d * n)
-        return moved if speed is None else _capped(moved.reshape(n, d), speed).ravel()
-
+    first, second = rows[:2]
     if rows.alone:
         pairs = len(first) - rows.alone
-        counts = np.bincount(np.concatenate([first, second[:pairs]]), minlength=n)
+        counts = np.bincount(np.concatenate([first, second[:pairs]]), minlength=dual.n)
         step = 1.0 / (counts[first] + np.where(first == second, 0, counts[second] - 1))
     else:
-        pairs = np.bincount(np.concatenate([first, second]), minlength=n)
+        pairs = np.bincount(np.concatenate([first, second]), minlength=dual.n)
         step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
     force = ahead = np.zeros(len(rows.limit))
     momentum = 1.0
-    scale = max(1e-3, float(np.abs(rows.limit).max()), float(np.abs(wanted).max()))
     for _ in range(SWEEPS):
-        excess = (share * pushed(ahead)[place]).sum(axis=0) - rows.limit
+        excess = dual.excess(dual.free(ahead))
         new = np.maximum(0.0, ahead + step * excess)
         change = new - force
         following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
@@ -282,9 +411,9 @@ def _nearest(wanted, rows, speed=None):
             following = momentum = 1.0  # start the acceleration anew where it leads astray
         ahead = new + (momentum - 1.0) / following * change
         force, momentum = new, following
-        if (np.abs(change) < TOLERANCE * scale).all():
+        if (np.abs(change) < tolerance).all():
             break
-    return pushed(force).reshape(n, d)
+    return force
 
 
 def _feasible_shares(velocity, rows, pressure, apart):

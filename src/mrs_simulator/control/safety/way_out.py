@@ -37,17 +37,18 @@ class WayOut:
         self.brakes = Brakes(self._slowness, self._late + AHEAD)
         self._inner = self._given = self._time = self._speed = None
 
-    def certified(self, command, pose, heights, time, obstacles):
+    def certified(self, command, pose, heights, time, obstacles, gap=None):
         """Return ``command`` (n, a) without the parts that would leave no way out, at ``time`` [s].
 
-        ``pose`` (n, 3), ``heights`` (n,) [m]; ``obstacles``: the ``Surroundings`` that stand.
+        ``pose`` (n, 3), ``heights`` (n,) [m]; ``obstacles``: the ``Surroundings`` that stand; ``gap`` (n,)
+        [m]: known lower bounds of how far bodies are from these, to compute less.
         """
         own = command[:, : self._width]
         self._know(pose, heights, time)
         speed = np.maximum(self._speed, np.linalg.norm(own[:, self._linear], axis=1))
         speed = np.minimum(speed, self._courses.team.speeds[:, 0])
         place = np.column_stack([pose[:, :2], heights])[:, : self._courses.dimension]
-        pairs, single = self._near(place, self._ways(speed), obstacles)
+        pairs, single = self._near(place, self._ways(speed), obstacles, gap)
         if len(pairs[0]) or single.any():
             own = self._let(own, pose, heights, pairs, single, obstacles)
             command = np.concatenate([own, command[:, self._width :]], axis=1)
@@ -80,14 +81,15 @@ class WayOut:
         way = speed * (self._period + self._late) + 0.5 * speed * speed * self._slowness
         return way * (1.0 + self._course_error) + EXACT + LATE * self._period * speed
 
-    def _near(self, place, ways, obstacles):
+    def _near(self, place, ways, obstacles, gap=None):
         """Return rows of pairs that may meet, two of (p,), and who may meet an obstacle, (n,) bool."""
         seen = place if self._squash is None else place * self._squash
         reach = self._radii + ways
         first, second = close_pairs(seen, 2.0 * float(reach.max()) + EXACT)
         apart = np.linalg.norm(seen[first] - seen[second], axis=1)
         near = apart < reach[first] + reach[second]
-        gap = obstacles.bounds(place, self._radii).least(len(place))
+        if gap is None or (gap < ways).any():
+            gap = obstacles.bounds(place, self._radii).least(len(place))
         return (first[near], second[near]), gap < ways
 
     def _let(self, command, pose, heights, pairs, single, obstacles):

@@ -152,3 +152,61 @@ def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):
     assert failed(verdict_of(corridor(18.0), tmp_path)) == ["share of the floor that is seen [-]"]
     early = check(verdict_of(corridor(2.0), tmp_path), "share of the floor")
     assert early["passed"] is None and "wanted a run of" in early["note"]
+
+
+COMMANDS = "commands off the published law [-]"
+SENSED = {
+    "limited_visibility": {"neighbours": {"type": "range_bearing", "range": "4 m"}},
+    "sensed_following": {"neighbours": {"type": "range_bearing", "range": "6 m"}},
+}
+BY_ROBOTS = {
+    "noise": {"noise": {"range": {"stddev": 0.05, "bias": {"stddev": 0.1}, "bias_walk": 0.01}}},
+    "losses": {"noise": {"bearing": {"stddev": 0.1, "dropout": 0.2, "quantum": 0.01}}},
+    "latency": {"noise": {"range": {"latency": "250 ms"}}},
+    "rate": {"rate": "2 Hz"},
+    "bodies that hide others": {"occlusion": True, "place": [0.1, -0.1, 0.2]},
+}
+
+
+def off_the_law(out, name, **changes):
+    """Return the error and the outcome of the check on commands of a few seconds of a scenario."""
+    found = check(verdict_of(shipped(name, **{"duration": 2.0, **changes}), out), COMMANDS)
+    return found["measured"], found["passed"]
+
+
+@pytest.mark.parametrize("name", SENSED)
+@pytest.mark.parametrize("what", BY_ROBOTS)
+def test_commands_follow_from_what_others_were_seen_at(tmp_path, name, what):
+    mount = {**SENSED[name]["neighbours"], **BY_ROBOTS[what]}
+    error, passed = off_the_law(tmp_path, name, sensors=[{"mounts": {"neighbours": mount}}])
+    assert passed and error < 1e-9
+
+
+def test_commands_follow_from_what_sonars_should_have_read(tmp_path):
+    for noise in ({}, {"stddev": 0.02, "dropout": 0.1}):
+        sensors = [{"mounts": {"sonar": {"noise": noise}}}]
+        error, passed = off_the_law(tmp_path, "wall_following", sensors=sensors)
+        assert passed and error < 1e-9
+
+
+def test_a_law_that_is_three_percent_too_fast_by_its_sonar_is_noticed(tmp_path, monkeypatch):
+    right = laws.along_wall
+    monkeypatch.setattr(laws, "along_wall", lambda v, w, a: right(v, 1.03 * w, a))
+    error, passed = off_the_law(tmp_path, "wall_following")
+    assert passed is False and 1e-3 < error < 0.05
+
+
+def test_a_robot_that_goes_beyond_its_bound_is_noticed(tmp_path, monkeypatch):
+    right = laws.limited_visibility
+    poses = [[0.0, 0.0, 0.4], [-0.3, 0.0, 1.0], [3.4, 1.9, 0.0], [3.4, -1.9, 2.0]]
+    changes = {"duration": 0.5, "parameters": {"gain": 10.0}, "poses": poses, "robots": 4}
+    assert off_the_law(tmp_path, "limited_visibility", **changes)[1]
+    monkeypatch.setattr(
+        laws, "limited_visibility", lambda seen, V, *rest: right(seen, 2 * V, *rest)
+    )
+    assert off_the_law(tmp_path, "limited_visibility", **changes)[1] is False
+
+
+def test_transducers_that_fire_in_turns_are_not_judged(tmp_path):
+    found = off_the_law(tmp_path, "wall_following", sensors=[{"mounts": {"sonar": {"turns": 4}}}])
+    assert found == (None, None)

@@ -17,6 +17,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.protocols.common import attracting
 from mrs_simulator.protocols.sensing import equations as laws
+from mrs_simulator.protocols.sensing import published
 from mrs_simulator.scenario.surroundings.obstacles import clearance
 from mrs_simulator.sensors.mounts import fitted_mounts
 
@@ -94,6 +95,10 @@ class LimitedVisibility(Sensing):
             return np.zeros(2)
         near = seen.points[seen.ranges <= self.radius]
         return laws.limited_visibility(near, self.radius, self.gain, self.period)
+
+    def published(self):
+        """Return the law by what each should have seen."""
+        return published.LimitedVisibility(self.gain, self.radius, self.period)
 
     def graph_at(self, start, hand):
         """Return who sees whom."""
@@ -185,6 +190,11 @@ class WallFollowing(Sensing):
         nearest = np.min(ahead[np.isfinite(ahead)], initial=np.inf)
         return nearest - self.gap if nearest < 2.0 * self.gap else 0.0
 
+    def published(self):
+        """Return the law by what each sonar should have read."""
+        numbers = self.gain, self.distance, self.speed, self.gap
+        return published.WallFollowing(*numbers, self._leads)
+
     def claims(self, start):
         """Return the distance from the wall, its rate, and the gaps at the end."""
         beside = Condition("a wall", bool(self.obstacles), "nothing stands in the scene")
@@ -274,6 +284,11 @@ class SensedFollowing(Sensing):
         if not len(at):
             return np.zeros(2)
         return laws.towards(seen.points[at[0]] - own, self.distance, self.gain)
+
+    def published(self):
+        """Return the law by what each should have seen."""
+        numbers = self.gain, self.distance, self.speed, self.turn
+        return published.SensedFollowing(*numbers, self._leads)
 
     def claims(self, start):
         """Return the ranges at the end, and that each keeps sight of the robot before it."""

@@ -11,6 +11,7 @@ from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import Listeners
 from mrs_simulator.protocols.published.robots import AT_LIMIT, are_stated, posed_commands
 from mrs_simulator.verdict.law.late_commands import late_commands
+from mrs_simulator.verdict.law.sensed_commands import sensed_pairs
 from mrs_simulator.verdict.theory.exact_runs import (
     faulty_edges,
     is_blind,
@@ -31,6 +32,7 @@ UNKNOWN = (
     "the law saw wheel odometry that is not recorded, and commands are {:.2g} off what the true poses "
     "want: drift, or another law; wanted estimates: odometry, which records what was told"
 )
+UNREAD = "what sensors had read when a law was asked is not known without lockstep"
 UNSTATED = "the published law is not stated over edges that come and go"
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
@@ -46,7 +48,7 @@ def exactness_claims(control, run, exact, followed=None):
     """
     law, claims = published_law(control), []
     if law is None:
-        return claims
+        return _by_sensors(control, run)
     rows = _rows(control, run)
     every = 1 < len(rows) == len(run.time) and _commands_between(control, run, 0, 1) == 1
     by_one = law.SEES != "past" and not control.links.faults
@@ -66,6 +68,26 @@ def exactness_claims(control, run, exact, followed=None):
     if known:
         claims.append(_on_robots(control, run, followed))
     return claims
+
+
+def _by_sensors(control, run):
+    """Return the claim on the commands of a law by sensors, a list."""
+    law = control.published() if are_stated(control.team) and run.scenario is not None else None
+    if law is None or law.SEES != "sensors" or control.dimension != 2:
+        return []
+    unproved = "" if run.meta.get("lockstep") else UNREAD
+    if control.links.faults:
+        unproved = "the published law is not stated over edges with faults"
+
+    def error(run):
+        rows = _rows(control, run)
+        robots = robots_of(control)
+        pairs = sensed_pairs(control, robots, law, run, as_known(control, run), rows)
+        found = _largest_share(robots, pairs)
+        return found if control.LOCAL_FRAMES else _unless_drifted(run, found)
+
+    tolerance = ROUNDING if control.LOCAL_FRAMES else _uncertainty(control, law, run)
+    return [Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, question=LAW, motion=False)]
 
 
 def _on_robots(control, begun, followed):

@@ -93,11 +93,14 @@ class Forker:
         told = (name for name in names if name.startswith(READ_WHEN_LOADED))
         return all(environment.get(name) == self._environment.get(name) for name in told)
 
-    def start(self, script, arguments, environment, log):
-        """Run a ``script`` of Python; its output goes to the file ``log``."""
-        with open(os.devnull) as nothing, open(log, "ab") as file:
-            streams = nothing.fileno(), file.fileno(), file.fileno()
-            return self._start(script, arguments, environment, streams)
+    def start(self, script, arguments, environment, log, errors, directory=None, loaded=()):
+        """Run a ``script`` of Python; its output goes to the files ``log`` and ``errors``.
+
+        ``loaded``: names of further modules that are loaded before, once for all such processes.
+        """
+        with open(os.devnull) as nothing, open(log, "ab") as file, open(errors, "ab") as other:
+            streams = nothing.fileno(), file.fileno(), other.fileno()
+            return self._start(script, arguments, environment, streams, directory, loaded)
 
     def start_piped(self, script, environment):
         """Run a ``script`` of Python with pipes to its input and from its output."""
@@ -108,9 +111,10 @@ class Forker:
         process.stdin, process.stdout = os.fdopen(to, "wb"), os.fdopen(of, "rb")
         return process
 
-    def _start(self, script, arguments, environment, streams):
+    def _start(self, script, arguments, environment, streams, directory=None, loaded=()):
         args = [script, *arguments]
-        given = dict(args=args, environment=environment, directory=os.getcwd())
+        given = dict(args=args, environment=environment, directory=directory or os.getcwd())
+        given["loaded"] = list(loaded)
         return Forked(self._ask, self._ask(given, streams), args)
 
     def _ask(self, request, streams=()):
@@ -133,6 +137,15 @@ def forker():
     return Forker()
 
 
+def load(modules):
+    """Import what is not yet loaded of the ``modules``."""
+    new = [module for module in modules if module not in sys.modules]
+    for module in new:
+        importlib.import_module(module)
+    if new:
+        gc.freeze()
+
+
 def serve(link):
     """Fork for each request on the socket ``link``; return in the child its request."""
     children = {}
@@ -144,6 +157,7 @@ def serve(link):
             else:
                 link.sendall(READY)
                 request["streams"] = multiprocessing.reduction.recvfds(link, 3)
+                load(request["loaded"])
                 answer = os.fork()
                 if answer == 0:
                     return request
@@ -176,15 +190,15 @@ def become(request):
     sys.path[0] = os.path.dirname(sys.argv[0])
     atexit.unregister(shutil.rmtree)  # of what the others go on using
     random.seed()
-    rospy = sys.modules["rospy"]
-    rospy.names.reload_mappings(sys.argv)  # which rospy does when it is loaded
+    names = sys.modules["rospy"].names
+    # Which rospy does when it is loaded.
+    names.reload_mappings(sys.argv)
+    names._set_caller_id(names.get_ros_namespace(argv=sys.argv) + "unnamed")
 
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends with the tests
-    for module in LOADED:
-        importlib.import_module(module)
-    gc.freeze()
+    load(LOADED)
     with contextlib.closing(socket.socket(fileno=int(sys.argv[1]))) as link_to_tests:
         child = serve(link_to_tests)
     if child is not None:

@@ -1,14 +1,20 @@
 """What the tests of the GUI share: a GUI over a real master, and errors that nobody would see."""
 
 import os
-import subprocess
 import sys
+import tempfile
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
+from ros_fixtures import log_of
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+LOADED = (
+    "python_qt_binding.QtTest",
+    "mrs_simulator.rqt_plugin.ros_side.connection",
+    "mrs_simulator.rqt_plugin.study_widget",
+)
 # A GUI of its own process: rospy joins one master only.
 PROGRAM = """
 import json, os, sys, time
@@ -59,23 +65,26 @@ os._exit(0)  # as the window does: the interpreter takes Qt's objects down in an
 """
 
 
+def run_gui(ros, code, path, *arguments, limit=120):
+    """Run a piece of Python in a GUI's process with the scenario at ``path``; return what it printed."""
+    command = [sys.executable, "-c", PROGRAM + code + END, path, *map(str, arguments)]
+    name = os.path.basename(tempfile.mkdtemp(prefix="gui", dir=ros.directory))
+    process = ros.start(name, command, loaded=LOADED)
+    returned = process.wait(limit)
+    output = log_of(process)
+    assert returned == 0 and output.rstrip().endswith("done"), output[-3000:]
+    return output
+
+
 @pytest.fixture
 def gui(ros, tmp_path):
     """Run a piece of Python in a GUI's process; return what it printed."""
     ros.environment["HOME"] = str(tmp_path)
+    ros.use_quick_rosrun()
 
     def run(code, *arguments, scenario="paper_four", limit=120):
         path = os.path.join(ROOT, "scenarios", scenario + ".yaml")
-        process = subprocess.run(
-            [sys.executable, "-c", PROGRAM + code + END, path] + [str(a) for a in arguments],
-            env=ros.environment,
-            timeout=limit,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
-        output = process.stdout.decode()
-        assert process.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
-        return output
+        return run_gui(ros, code, path, *arguments, limit=limit)
 
     return run
 

@@ -2,11 +2,9 @@
 
 import glob
 import os
-import subprocess
-import sys
 
 import numpy as np
-from gui_fixtures import END, PROGRAM
+from gui_fixtures import run_gui
 from ros_fixtures import Ros
 
 from mrs_simulator.core.kinematics import wrap_angle
@@ -61,15 +59,8 @@ def in_gui(scenario, out):
     ros = Ros(str(out))
     ros.environment["HOME"] = str(out)
     try:
-        program = [sys.executable, "-c", PROGRAM + IN_GUI + END, _written(scenario, out)]
-        done = subprocess.run(
-            program + [str(scenario.duration)],
-            env=ros.environment,
-            timeout=LIMIT,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
-        assert done.returncode == 0, done.stdout.decode()[-2000:]
+        ros.use_quick_rosrun()
+        run_gui(ros, IN_GUI, _written(scenario, out), scenario.duration, limit=LIMIT)
     finally:
         ros.close()
     return read_run_csv(run_file(out), scenario)

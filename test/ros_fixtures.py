@@ -19,6 +19,20 @@ from forked import forker
 
 PATIENCE = 60.0  # [s] with a machine that has much else to do
 STOP_LIMIT = 10.0  # [s]
+COMMANDS_OF_ROS = (
+    "rosmaster",
+    "rosmsg",
+    "rosparam",
+    "rosservice",
+    "rossrv",
+    "rostopic",
+)  # in Python
+QUICK_ROSRUN = """#!/bin/sh
+[ "$1" = mrs_simulator ] || exec {rosrun} "$@"
+program={place}$2
+shift 2
+exec "$program" "$@"
+"""
 
 
 def free_port():
@@ -63,6 +77,23 @@ def program(script):
     return os.path.join(found.stdout.decode().strip(), script)
 
 
+def python_script(command, directory):
+    """Return the script and the arguments of a ``command`` that is Python's, else None.
+
+    Code of ``-c`` is written to ``directory``.  roslaunch and rosrun are None: they start processes.
+    """
+    first, *arguments = command
+    if first in COMMANDS_OF_ROS:
+        return [shutil.which(first), *arguments]
+    if first not in ("python3", sys.executable):
+        return None
+    if arguments[0] != "-c":
+        return arguments
+    with tempfile.NamedTemporaryFile("w", suffix=".py", dir=directory, delete=False) as file:
+        file.write(arguments[1])
+    return [file.name, *arguments[2:]]
+
+
 class Ros:
     """A master on a free port and the processes started under it."""
 
@@ -88,10 +119,21 @@ class Ros:
             return xmlrpc.client.ServerProxy(self.uri).getPid("/test")[0] == 1
         return False
 
-    def start(self, name, command, directory=None):
-        """Start a process of the test's own; its output goes to a file."""
+    def start(self, name, command, directory=None, loaded=()):
+        """Start a process of the test's own; its output goes to a file.
+
+        Python is forked; ``loaded``: names of modules that are loaded before, once for all such forks.
+        """
+        script = python_script(command, self.directory)
+        if script is not None:
+            return self._forked(name, *script, directory=directory, loaded=loaded)
+        return self._started(name, command, directory)
+
+    def _started(self, name, command, directory, errors=None):
         log = os.path.join(self.directory, name + ".log")
-        process = start_logged(command, log, self.environment, cwd=directory)
+        with contextlib.ExitStack() as stack:
+            given = {} if errors is None else {"stderr": stack.enter_context(open(errors, "ab"))}
+            process = start_logged(command, log, self.environment, cwd=directory, **given)
         self.processes.append(process)
         return process
 
@@ -99,15 +141,27 @@ class Ros:
         """Start a node of the package, as rosrun would."""
         return self._forked(name or script, program(script), *map(str, arguments))
 
-    def _forked(self, name, script, *arguments):
-        """Start a ``script`` of Python, where it can be as a fork of what is loaded already."""
+    def _forked(self, name, script, *arguments, directory=None, loaded=(), errors=None):
+        """Start a ``script`` of Python, where it can be as a fork of what is loaded already.
+
+        ``errors``: the file of its standard error, where that is not to be in the log.
+        """
         if not forker().can_run(self.environment):
-            return self.start(name, [script, *arguments])
+            return self._started(name, [sys.executable, script, *arguments], directory, errors)
         log = os.path.join(self.directory, name + ".log")
-        process = forker().start(script, arguments, self.environment, log)
+        places = log, errors or log, directory
+        process = forker().start(script, arguments, self.environment, *places, loaded)
         process.log = log
         self.processes.append(process)
         return process
+
+    def use_quick_rosrun(self):
+        """Let ``rosrun`` start programs of the package without its search, which costs as much as they."""
+        path = os.path.join(tempfile.mkdtemp(dir=self.directory), "rosrun")
+        with open(path, "w") as file:
+            file.write(QUICK_ROSRUN.format(rosrun=shutil.which("rosrun"), place=program("")))
+        os.chmod(path, 0o755)
+        self.environment["PATH"] = os.path.dirname(path) + os.pathsep + self.environment["PATH"]
 
     def probe(self):
         """Start a :class:`Probe`."""
@@ -142,9 +196,19 @@ class Ros:
 
     def call(self, *arguments, limit=PATIENCE):
         """Run a ROS command to its end; return its output."""
-        return subprocess.run(
-            arguments, env=self.environment, timeout=limit, check=True, stdout=subprocess.PIPE
-        ).stdout.decode()
+        script = python_script(arguments, self.directory)
+        if script is None:
+            return subprocess.run(
+                arguments, env=self.environment, timeout=limit, check=True, stdout=subprocess.PIPE
+            ).stdout.decode()
+        out = tempfile.mkdtemp(dir=self.directory)
+        process = self._forked(
+            os.path.join(out, "out"), *script, errors=os.path.join(out, "errors")
+        )
+        code = process.wait(limit)
+        if code != 0:
+            raise subprocess.CalledProcessError(code, arguments, log_of(process))
+        return log_of(process)
 
     def python(self, code, *arguments, limit=PATIENCE):
         """Run a piece of Python as a ROS program; return its output."""

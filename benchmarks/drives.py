@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""On which drives the shipped protocols run, and how far from theory: a column of docs/protocols.md.
+"""On which drives the shipped protocols run, and how far from theory: a table of docs/protocols.md.
 
     python3 benchmarks/drives.py                      # all of them, written into the page
-    python3 benchmarks/drives.py marching coverage    # printed, of these alone
+    python3 benchmarks/drives.py marching coverage    # these alone
 
 Each protocol's scenario runs for its first seconds on kinematic robots of one kind of each drive, within
 their own limits, from points as the scenario has them.  A cell tells the largest distance from where the
@@ -36,8 +36,9 @@ DRIVES = {
     "quadrotor": "crazyflie2",
 }
 OTHER_NAMES = {"formation": "paper_four"}
-HEADER = "| name | law | what its verdict checks |"
-COLUMN = "on robots of each drive, largest distance from theory in {:g} s [m]".format(DURATION)
+HEADER = "| name | on robots of each drive, largest distance from theory in {:g} s [m] |".format(
+    DURATION
+)
 BY_HAND = ("carrying",)  # protocols of robots with arms, whose cells are written by hand
 TOUCHED = "collisions"
 
@@ -92,36 +93,17 @@ def cell(found):
     return "; ".join("{} {}".format(drive, value) for drive, value in found.items())
 
 
-def with_column(page, cells):
-    """Return the ``page`` whose table of protocols has ``cells``, texts by name, as its last column."""
-    lines, inside = [], False
-    for line in page.split("\n"):
-        if line.startswith(HEADER):
-            inside, line = True, "{} {} |".format(HEADER, COLUMN)
-        elif inside and line.startswith("|---"):
-            line = "|---|---|---|---|"
-        elif inside and line.startswith("|"):
-            names = re.findall(r"`([a-z_]+)`", line.split("|")[1])
-            if not set(names) <= set(cells):
-                lines.append(line)
-                continue
-            # A law may hold | in code, so columns are counted from both ends.
-            had = (
-                line.rstrip("| ").rpartition(" | ")[0]
-                if "differential " in line
-                else line.rstrip("| ")
-            )
-            told = [cells[name] for name in names]
-            several = ["`{}`: {}".format(*each) for each in zip(names, told)]
-            line = "{} | {} |".format(had, told[0] if len(told) == 1 else "<br>".join(several))
-        else:
-            inside = False
-        lines.append(line)
-    return "\n".join(lines)
+def with_rows(page, cells):
+    """Return the ``page`` whose table of drives has ``cells``, texts by name, in place of their rows."""
+    before, _, after = page.partition(HEADER + "\n|---|---|\n")
+    table = re.match(r"(?:\|.*\n)*", after).group()
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", table, re.M), **cells)
+    fresh = "".join("| `{}` | {} |\n".format(*row) for row in sorted(rows.items()))
+    return "{}{}\n|---|---|\n{}{}".format(before, HEADER, fresh, after[len(table) :])
 
 
 def main():
-    """Run the protocols that the command line names, and print or write their cells."""
+    """Run the protocols that the command line names, and write their rows."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="protocol")
     given = parser.parse_args().names
@@ -132,14 +114,10 @@ def main():
     cells = {
         name: cell({drive: found[name, kind] for drive, kind in DRIVES.items()}) for name in names
     }
-    if given:
-        for name in names:
-            print("{}: {}".format(name, cells[name]))
-        return
     with open(PAGE, encoding="utf-8") as file:
         page = file.read()
     with open(PAGE, "w", encoding="utf-8") as file:
-        file.write(with_column(page, cells))
+        file.write(with_rows(page, cells))
 
 
 if __name__ == "__main__":

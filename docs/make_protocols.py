@@ -21,9 +21,6 @@ from mrs_simulator.scenario.shipped import shipped_scenarios
 DOCS = os.path.dirname(os.path.abspath(__file__))
 OTHER_NAMES = {"formation": "paper"}  # protocols whose scenario is not called like them
 WIDTH, RESOLUTION, COLOURS = 5.0, 110, 64  # [in], [px/in], [-] of the picture
-NO_THEOREM = (
-    "No theorem is known. The run is measured, and its commands are held to the published law."
-)
 VERDICT = re.compile(r"^ends with\n\n```\n(.*?)\n```$", re.M | re.S)
 OF_THE_MACHINE = "  achieved real-time factor"  # the verdict's line that is another one at each run
 
@@ -122,8 +119,6 @@ def paragraphs(law):
 
 def stated(theorem):
     """Return the theorem's paragraph as a sentence of its own."""
-    if not theorem:
-        return NO_THEOREM
     text = theorem[0].partition(": ")[2]
     return text[0].upper() + text[1:]
 
@@ -142,6 +137,18 @@ def parameters(law):
 def scenarios_of(name):
     """Return the titles of the shipped scenarios that run the protocol, by name."""
     return {file: title for file, protocol, title in shipped_runs() if protocol == name}
+
+
+def overview():
+    """Return the table of all protocols: name, law, and the first sentence of the theorem."""
+    rows = ["| name | law | what theory says |", "|---|---|---|"]
+    for name in HOMES:
+        first, *more = paragraphs(shipped(name))
+        theorem = stated([part for part in more if part.startswith("Theorem: ")])
+        cells = first, theorem.partition(". ")[0].rstrip(".") + "."
+        law, says = (cell.replace("|", "\\|") for cell in cells)
+        rows.append("| [`{0}`](protocols/{0}.md) | {1} | {2} |".format(name, law, says))
+    return "\n".join(rows)
 
 
 @functools.lru_cache(maxsize=None)

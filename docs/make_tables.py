@@ -6,19 +6,24 @@ Tables of keys and parameters are made of their declarations, each between two m
 
 import os
 import re
+import sys
 
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.ros.node import node_parameters
 from mrs_simulator.scenario import keys
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, DOCS)
+import make_protocols  # noqa: E402, beside this file
+
 BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
 
 
 def tables():
     """Return the text of each table: ``{page: {name: text}}``."""
     nodes = {node: node_parameters.table(node) for node in node_parameters.NODES}
-    return {"nodes.md": nodes, "scenarios.md": {"keys": keys.table()}}
+    protocols = {"protocols": make_protocols.overview()}
+    return {"nodes.md": nodes, "scenarios.md": {"keys": keys.table()}, "protocols.md": protocols}
 
 
 def path_of(page):

@@ -1,10 +1,19 @@
-"""For the site: links out of docs/ become the path in the repository, roles of docstrings plain code."""
+"""For the site: pages of protocols are listed, links out of docs/ become paths, roles plain code."""
 
+import os
 import posixpath
 import re
 
 LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)]+)\)")
 ROLE = re.compile(r":(?:meth|class|func|mod|attr):(?=<code>)")
+
+
+def on_config(config, **_):
+    """Return ``config`` with the pages of all protocols in the navigation."""
+    (protocols,) = (each["Protocols"] for each in config["nav"] if "Protocols" in each)
+    pages = sorted(os.listdir(os.path.join(config["docs_dir"], "protocols")))
+    protocols += ["protocols/" + page for page in pages if page.endswith(".md")]
+    return config
 
 
 def on_page_markdown(markdown, page, **_):

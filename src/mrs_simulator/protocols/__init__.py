@@ -1,45 +1,33 @@
 """The shipped protocols: a name for each, and the class behind it."""
 
 import importlib
+import os
+import re
 
-# Scenarios, launch files and the GUI name them so.
-HOMES = {
-    "bearing_formation": "shapes.law:BearingFormation",
-    "bearing_leaders": "shapes.law:BearingLeaders",
-    "carrying": "carrying.law:Carrying",
-    "consensus": "consensus.law:Consensus",
-    "containment": "gathering.law:Containment",
-    "coverage": "gathering.law:Coverage",
-    "cucker_smale": "flocking.law:CuckerSmale",
-    "cyclic_pursuit": "gathering.law:CyclicPursuit",
-    "delayed_consensus": "consensus.memory:DelayedConsensus",
-    "discrete_consensus": "consensus.law:DiscreteConsensus",
-    "displacement_formation": "shapes.law:DisplacementFormation",
-    "distance_formation": "shapes.law:DistanceFormation",
-    "event_triggered_consensus": "consensus.event_triggered:EventTriggeredConsensus",
-    "exploration": "exploration.law:Exploration",
-    "flocking": "flocking.law:Flocking",
-    "formation": "formation.law:Formation",
-    "leader_follower": "marching.law:LeaderFollower",
-    "limited_visibility": "sensing.law:LimitedVisibility",
-    "line_of_sight": "currents.law:LineOfSight",
-    "marching": "marching.law:Marching",
-    "noisy_consensus": "consensus.noisy:NoisyConsensus",
-    "platoon": "marching.platoon:Platoon",
-    "rendezvous": "gathering.law:Rendezvous",
-    "resilient_consensus": "consensus.resilient:ResilientConsensus",
-    "reynolds": "flocking.law:Reynolds",
-    "second_order_consensus": "consensus.memory:SecondOrderConsensus",
-    "sensed_following": "sensing.law:SensedFollowing",
-    "station_keeping": "currents.law:StationKeeping",
-    "switching_consensus": "consensus.switching:SwitchingConsensus",
-    "trajectory": "trajectory.law:Trajectory",
-    "vicsek": "flocking.law:Vicsek",
-    "wall_following": "sensing.law:WallFollowing",
-}
+# A class of a family's folder whose docstring states its theorem, in a paragraph of its own.
+PROTOCOL = re.compile(
+    r'^class ([A-Z]\w*)\([^)]*\):\n    """(?:(?!""").)*?\n    Theorem: ', re.M | re.S
+)
+WORD = re.compile(r"(?<!^)(?=[A-Z])")
+
+
+def _found():
+    """Yield the name of each shipped protocol, and its module and class."""
+    folder = os.path.dirname(__file__)
+    for family in sorted(os.listdir(folder)):
+        path = os.path.join(folder, family)
+        for file in sorted(os.listdir(path)) if os.path.isdir(path) else ():
+            if file.endswith(".py"):
+                with open(os.path.join(path, file), encoding="utf-8") as source:
+                    for title in PROTOCOL.findall(source.read()):
+                        yield WORD.sub("_", title).lower(), (family + "." + file[:-3], title)
+
+
+# Scenarios, launch files and the GUI name them so: the class's name in small letters.
+HOMES = dict(sorted(_found()))
 
 
 def shipped(name):
     """Return the class of the shipped protocol called ``name``; ``KeyError`` if there is none."""
-    module, _, class_name = HOMES[name].partition(":")
+    module, class_name = HOMES[name]
     return getattr(importlib.import_module("mrs_simulator.protocols." + module), class_name)

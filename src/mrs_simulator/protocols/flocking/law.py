@@ -395,7 +395,10 @@ class Vicsek(PioneerControl):
 
 
 class Reynolds(DoubleIntegrator):
-    """Separation, alignment and cohesion: Reynolds, 1987.  Metrics only: no theorem is known."""
+    """Separation, alignment and cohesion: Reynolds, 1987.
+
+    Theorem: none is known; the run is measured, and its commands are held to the published law.
+    """
 
     PARAMETERS = (
         RADIUS._replace(default=5.0),

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Sets up what is missing, then checks the style and runs all tests; arguments go to pytest.
+# "./test.sh all" adds what is run before a release: installs, the site, the wheel, the campaign of mistakes.
 # "./test.sh fast" leaves out what starts ROS, the GUI's process or a long run; "--room world" keeps one room's tests.
 [ -n "${BASH_VERSION:-}" ] || exec bash "$0" "$@" # sh test.sh
 set -u
@@ -8,10 +9,12 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 . "$root/tools/prepare.sh"
 prepare dev
 cd "$root" || exit 1
-if [ "${1:-}" = fast ]; then
+case "${1:-}" in fast | all)
+  option=--$1
   shift
-  set -- --fast "$@"
-fi
+  set -- "$option" "$@"
+  ;;
+esac
 
 failed=()
 check() { # name, command...
@@ -28,8 +31,8 @@ check "Python 3.8" vermin --no-tips --violations -t=3.8- src test benchmarks exa
 check "catkin_lint" catkin_lint --quiet --strict -W2 --ignore package_path_name \
   --ignore uninstalled_script .
 private_ros
-# No more workers than cores: tests of real time would meet stalls that are not their matter.
-check "tests" python3 -m pytest -n "$(nproc)" --dist worksteal "$@"
+# Tests with processes wait half of their time: twice as many workers as cores keep the cores busy.
+check "tests" python3 -m pytest -n "$((2 * $(nproc)))" --dist worksteal "$@"
 
 [ ${#failed[@]} = 0 ] && echo "all passed" && exit 0
 printf 'failed: %s\n' "${failed[@]}" >&2

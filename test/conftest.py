@@ -30,7 +30,8 @@ os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build",
 
 
 def pytest_addoption(parser):
-    """Add ``--fast``, ``--room`` and ``--list-slow``."""
+    """Add ``--all``, ``--fast``, ``--room`` and ``--list-slow``."""
+    parser.addoption("--all", action="store_true", help="also what is run before a release")
     parser.addoption("--fast", action="store_true", help="only quick tests that start no ROS")
     parser.addoption("--room", choices=FOLDERS, help="only the tests in this folder")
     parser.addoption(
@@ -39,14 +40,16 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Keep the tests that ``--fast`` and ``--room`` ask for."""
+    """Keep the tests that ``--all``, ``--fast`` and ``--room`` ask for."""
     fast, room = config.getoption("--fast"), config.getoption("--room")
+    everything = config.getoption("--all")
     with open(SLOW_LIST, encoding="utf-8") as file:
         slow = {line.strip() for line in file}
     kept, left = [], []
     for item in items:
         long = PROCESSES.intersection(item.fixturenames) or _function(item) in slow
         wanted = not (fast and long) and (not room or _folder(item) == room)
+        wanted = wanted and (everything or item.get_closest_marker("release") is None)
         (kept if wanted else left).append(item)
     if left:
         config.hook.pytest_deselected(items=left)

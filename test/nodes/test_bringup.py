@@ -287,10 +287,12 @@ def test_gains_and_edges_changed_while_recording_stand_in_the_run_with_their_tim
         "record", "--scenario", scenario("paper_four").partition("=")[2], "--out", out
     )
     ros.node("pioneer_control", "--scenario", tmp_path / "given.yaml")
-    probe.wait_simulated(1.0)
+    probe.wait_simulated(2.0)  # the run begins with the first motion
     code = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c'); "
     ros.python(code + "Client('pioneer_control').update_configuration({'k': 0.05})")
     probe.ask("call('/pioneer_control/set_topology', SetTopology, [1, 2, 3], [2, 3, 4], [], False)")
+    probe.wait_simulated(0.5)
+    record.send_signal(signal.SIGINT)
     verdict = ros.judged(record, out)
     run = read_run(str(out))
     assert run.scenario.control.parameters["k"] == 0.02

@@ -5,6 +5,8 @@ import shutil
 import subprocess
 import sys
 
+import pytest
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 ROS_SETUP = "/opt/ros/noetic/setup.sh"
 CHECK = """
@@ -31,6 +33,7 @@ def test_the_command_is_in_the_path_of_the_devel_space():
     assert b"paper_dynamic.yaml" in listed.stdout
 
 
+@pytest.mark.release
 def test_the_install_space_builds_and_runs(tmp_path):
     build, install = str(tmp_path / "build"), str(tmp_path / "install")
     commands = [

@@ -101,6 +101,7 @@ def test_python_on_a_page_runs(name, tmp_path, monkeypatch):
     exec(compile(code, name, "exec"), {"__name__": "page"})
 
 
+@pytest.mark.release
 @pytest.mark.skipif(
     not os.path.exists(MKDOCS), reason="mkdocs is not installed: tools/make_site.sh"
 )

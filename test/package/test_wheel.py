@@ -14,6 +14,7 @@ MOST_BYTES = 2e6
 HIDDEN = "rospy", "geometry_msgs", "pybullet", "pandas"
 
 
+@pytest.mark.release
 def test_the_wheel_in_a_clean_environment(tmp_path):
     """One test, so that the environment is made once however the tests are spread."""
     try:

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 
+import pytest
 import yaml
 
 from mrs_simulator.protocols import HOMES
@@ -13,6 +14,7 @@ BENCHMARKS = os.path.join(
 )
 
 
+@pytest.mark.release
 def test_a_mistake_in_each_law_fails_its_verdict():
     command = [sys.executable, os.path.join(BENCHMARKS, "mutants.py"), "--fast"]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)

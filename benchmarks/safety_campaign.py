@@ -3,6 +3,10 @@
 
     python3 benchmarks/safety_campaign.py [--runs N] [--seed S] [--kinds A ...] [--jobs J] [--forces SHARE]
     python3 benchmarks/safety_campaign.py --seed S [--kinds A B ...] --only K
+    python3 benchmarks/safety_campaign.py --seeds S T --runs N --results FILE
+
+With ``--results`` each outcome is added to FILE as soon as it is there, a line of JSON, and runs that FILE
+has are not run again: an interrupted campaign goes on where it was.  The table then is of all runs in FILE.
 
 Each run draws a team (a kind alone, or several that can meet), starts, goals that make the robots cross,
 limits, command rate and obstacles, which move slower than the robots or stand.  The law is
@@ -15,7 +19,9 @@ Exits with 1 where two bodies touch, or fewer than 95 % arrive within twice the 
 
 import argparse
 import itertools
+import json
 import multiprocessing
+import os
 import sys
 import time
 from typing import NamedTuple
@@ -282,11 +288,13 @@ class Outcome(NamedTuple):
     deadlock: bool
     text: str  # of the case
     met: bool  # whether two bodies touched
+    job: tuple  # (seed, index, kinds, forces)
 
 
 def outcome(job):
     """Run case ``(seed, index, kinds, forces)`` with and without the filter; return the ``Outcome``."""
-    index, case = job[1], drawn(*job)
+    seed, index, kinds, share = job
+    case = drawn(seed, index, kinds, share)
     n = len(case.goal)
     offset = np.zeros((n, 2))
     offset[:, 1] = APART * np.arange(n)
@@ -313,7 +321,9 @@ def outcome(job):
     touched = nearest(scenario, alone, offset)[0]
     met = least < TOUCHING or way.collisions > 0
     counts = int(known.sum()), int(in_time.sum())
-    return Outcome(index, case.team, forces, least, who, touched, *counts, way.deadlock, text, met)
+    return Outcome(
+        index, case.team, forces, least, who, touched, *counts, way.deadlock, text, met, job
+    )
 
 
 # Telling ---------------------------------------------------------------------------------------
@@ -341,14 +351,47 @@ def table(outcomes):
     return lines
 
 
-def repeated(arguments, index):
+def repeated(job):
     """Return the command line that repeats one run."""
-    text = "python3 benchmarks/safety_campaign.py --seed {} --forces {:g}".format(
-        arguments.seed, arguments.forces
-    )
-    if arguments.kinds != list(shipped_kinds()):
-        text += " --kinds " + " ".join(arguments.kinds)
+    seed, index, kinds, forces = job
+    text = "python3 benchmarks/safety_campaign.py --seed {} --forces {:g}".format(seed, forces)
+    if list(kinds) != list(shipped_kinds()):
+        text += " --kinds " + " ".join(kinds)
     return text + " --only {}".format(index)
+
+
+# Results that are kept -------------------------------------------------------------------------
+
+
+def plain(job):
+    """Return a job as a key."""
+    seed, index, kinds, forces = job
+    return seed, index, tuple(kinds), forces
+
+
+def known_of(path):
+    """Return the outcomes in a file of results, by their jobs; what is left of a line is cut."""
+    if path is None or not os.path.exists(path):
+        return {}
+    with open(path, "rb+") as file:
+        text = file.read()
+        whole = text[: text.rfind(b"\n") + 1]
+        file.truncate(len(whole))
+    found = (json.loads(line) for line in whole.splitlines())
+    return {plain(each["job"]): Outcome(**dict(each, job=plain(each["job"]))) for each in found}
+
+
+def with_results(jobs, path, processes):
+    """Run those of ``jobs`` that the file of results lacks; return all outcomes that it then has."""
+    known = known_of(path)
+    left = [job for job in jobs if plain(job) not in known]
+    with multiprocessing.get_context("spawn").Pool(processes) as pool:
+        for each in pool.imap_unordered(outcome, left):
+            known[plain(each.job)] = each
+            if path is not None:
+                with open(path, "a", encoding="utf-8") as file:
+                    file.write(json.dumps(each._asdict()) + "\n")
+    return sorted(known.values(), key=lambda each: (each.job[0], each.index, each.job[3]))
 
 
 def parsed():
@@ -361,6 +404,12 @@ def parsed():
     parser.add_argument("--jobs", type=int, default=1, metavar="J")
     parser.add_argument("--forces", type=float, default=0.1, help="share of runs with forces")
     parser.add_argument("--only", type=int, metavar="K", help="this run alone")
+    parser.add_argument(
+        "--seeds", type=int, nargs="+", metavar="S", help="several, instead of --seed"
+    )
+    parser.add_argument(
+        "--results", metavar="FILE", help="to which outcomes are added, and which is resumed"
+    )
     return parser.parse_args()
 
 
@@ -369,18 +418,17 @@ def main():
     arguments, begun = parsed(), time.monotonic()
     indices = range(arguments.runs) if arguments.only is None else [arguments.only]
     shared = tuple(arguments.kinds), arguments.forces
-    jobs = [(arguments.seed, index, *shared) for index in indices]
-    with multiprocessing.get_context("spawn").Pool(arguments.jobs) as pool:
-        outcomes = list(pool.imap_unordered(outcome, jobs))
-    outcomes.sort()
+    seeds = arguments.seeds or [arguments.seed]
+    jobs = [(seed, index, *shared) for seed in seeds for index in indices]
+    outcomes = with_results(jobs, arguments.results, arguments.jobs)
     for each in outcomes:
         if each.met or arguments.only is not None:
             print("run {}: {:.4f} m, {}; {}".format(each.index, each.least, each.who, each.text))
-            print("    " + repeated(arguments, each.index))
+            print("    " + repeated(each.job))
         elif each.arrived < each.judged:
             late = "run {}: {} of {} robots arrived in time; {}"
             print(late.format(each.index, each.arrived, each.judged, each.text))
-            print("    " + repeated(arguments, each.index))
+            print("    " + repeated(each.job))
     print("\n".join(table(outcomes)))
     print("{} runs in {:.0f} s".format(len(outcomes), time.monotonic() - begun))
     judged, arrived = (sum(each[column] for each in outcomes) for column in (6, 7))

@@ -44,6 +44,20 @@ class AxisLimit(NamedTuple):
     acceleration: float
 
 
+class Spread(NamedTuple):
+    """How far wheels and axes of sound robots are from their commands, at most."""
+
+    gain: float  # [-]
+    dead_time: float  # [s]
+    bias: float  # [m/s]
+
+
+SPREADS = {  # of kinds that do not say
+    "kinematic": Spread(0.01, 0.05, 0.001),
+    "dynamic": Spread(0.03, 0.1, 0.005),
+}
+
+
 class Kind(NamedTuple):
     """A kind of robot as its file describes it; not to be changed."""
 
@@ -63,6 +77,7 @@ class Kind(NamedTuple):
     notes: Tuple[str, ...] = ()  # what its users should know, among the warnings of a run
     shape: Tuple[Part, ...] = ()  # how it looks where there is no model
     arm: Optional[Arm] = None  # on the base
+    spread: Dict[str, Spread] = SPREADS  # by fidelity
 
     def __hash__(self):
         return hash(self.name)
@@ -106,6 +121,7 @@ def read_kind(content, where, directory=""):
         notes=_texts(top, "notes"),
         shape=read_shape(top.take("shape", []), top.at("shape")),
         arm=read_arm(top.section("arm"), drive, module) if top.has("arm") else None,
+        spread=_read_spreads(top.section("spread")),
     )
     top.take("inertia")
     top.take("arm", None)
@@ -185,6 +201,24 @@ def _mapping(top, key, text=False):
             )
         )
     return value
+
+
+def _read_spreads(section):
+    result = {
+        fidelity: _read_spread(section.section(fidelity), own) for fidelity, own in SPREADS.items()
+    }
+    section.done()
+    return result
+
+
+def _read_spread(section, own):
+    spread = Spread(
+        section.quantity("gain", "", own.gain, above=0.0),
+        section.quantity("dead_time", "s", own.dead_time, above=0.0),
+        section.quantity("bias", "m/s", own.bias, above=0.0),
+    )
+    section.done()
+    return spread
 
 
 def _texts(top, key):

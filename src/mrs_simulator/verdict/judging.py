@@ -24,6 +24,7 @@ from mrs_simulator.verdict.law.published_checks import (
     filter_acted,
     knows_noise,
 )
+from mrs_simulator.verdict.obedience import obedience_checks
 from mrs_simulator.verdict.possible_runs import impossibilities
 from mrs_simulator.verdict.requirements.results import requirement_results
 from mrs_simulator.verdict.safety_claims import safety_claims
@@ -102,7 +103,8 @@ def _judged_by_theory(run, control, foretold):
     if carried:
         theory = theory._replace(ruled_out=carried)
     guards = safety_claims(control, whole) + impossibilities(whole)
-    verdict = judge(whole, claims + faults, measures, guards, theory)
+    obedience = functools.partial(obedience_checks, control)
+    verdict = judge(whole, claims + faults, measures, guards, theory, obedience)
     return verdict, track
 
 

@@ -45,7 +45,7 @@ FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
 TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
 COST = "held commands and limits cost {:.3g} of the tolerance"
-SLIP = "held commands, limits and what the robots make of them cost {:.3g} of the tolerance"
+SLIP = "robots that slip as recorded are {:.3g} off under the published law"
 OTHERWISE = "under the published law robots that slip so have {:.4g}"
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
@@ -115,18 +115,20 @@ class Late(NamedTuple):
     again: Any = None
 
 
-def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
+def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedience=None):
     """Return the verdict on ``run`` as the plain mapping that ``verdict.json`` holds.
 
     ``claims``: ``Claim``s and ``Condition``s of the protocol, None without a protocol; ``measures``:
     further values for the verdict; ``guards``: claims of what watches over any protocol, which judge
-    no theory of its; ``theory``: what they are compared with.
+    no theory of its; ``theory``: what they are compared with; ``obedience``: the function that returns
+    the checks of whether the robots of a run do as commanded.
     """
     checks = _checks(run if theory.rest is None else theory.rest, claims or (), theory)
     unjudged = _unjudged(run, claims, checks)
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
     checks += [check._replace(question=ROBOTS) for check in _checks(run, guards)]
+    checks += _obeyed(run, obedience)
     warnings = [*run.meta.get("warnings", []), *filter(None, [_changes(run)])]
     checks += _deadlock(run)
     checks.append(_collisions(run))
@@ -177,6 +179,18 @@ def with_requirements(verdict, results):
     if verdict["outcome"] == NOT_JUDGED:
         verdict["reason"] = "; ".join(filter(None, (verdict["reason"], summary(results))))
     return verdict
+
+
+def _obeyed(run, obedience):
+    """Return the checks of ``obedience`` of ``run`` until bodies touch or one falls, a list."""
+    if obedience is None or run.meta.get("uncommanded") or run.meta.get("degraded"):
+        return []
+    broken_off = _first_break(run)
+    if broken_off is None:
+        return obedience(run)
+    until = part_of(run, slice(0, int(np.searchsorted(run.time, broken_off[0]))))
+    why = "until {1} at {0:.1f} s".format(*broken_off)
+    return [check._replace(note=_joined(check.note, why)) for check in obedience(until)]
 
 
 def _unjudged(run, claims, checks):
@@ -371,18 +385,20 @@ def _within_cost(run, claim, theory, cost, why):
 def _within_slip(run, claim, theory, own, cost):
     """Return the check of ``claim`` about robots whose slip the record tells.
 
-    What is measured has to be, within ``own``, what it is under the published law with this slip; and no
-    farther from theory than ``claim`` allows such robots, with what held commands and limits ``cost``.
+    The tolerance is what ``claim`` allows such robots for slip, and what held commands and limits ``cost``;
+    nothing of the record widens it.  Within that, what is measured has to be, within ``own``, what it is
+    under the published law with this slip.
     """
     found = _measured(theory.slipped, claim)
     slip, why = _cost(claim, theory.slipped)
     if slip is None:
         check = _measured(run, claim)
         return check if check.passed is None else check._replace(passed=None, note=why)
-    check = _measured(run, claim._replace(tolerance=min(own + slip, claim.tolerance + cost)))
+    allowed = min(cost, TOO_COSTLY * claim.tolerance)
+    check = _measured(run, claim._replace(tolerance=claim.tolerance + allowed))
     if check.passed is None or check.measured is None:
         return check
-    if claim.relation == "equal" and abs(check.measured - found.measured) > own:
+    if _excess(check.measured - found.measured, claim.relation) > own:
         return check._replace(
             passed=False, note=_joined(check.note, OTHERWISE.format(found.measured))
         )

@@ -1,0 +1,263 @@
+"""Whether robots do as commanded: gain, bias and dead time of each wheel or axis, fitted from a record.
+
+From one recorded sample to the next a robot went at a mean velocity y; its kind's own drive, within its
+limits and ramps, would have gone at x under the recorded commands.  Over a window of samples
+
+    y - x = (g - 1) x - T x' + b
+
+is fitted by least squares: gain g, dead time T [s], bias b [m/s].  Each is looked at with the other two
+held to the spread that the kind declares of them, so that what a window cannot tell apart shows in the
+standard error.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.protocols.published.arms import robots_of
+from mrs_simulator.protocols.published.robots import are_stated
+from mrs_simulator.verdict.theory.exact_runs import current_of
+from mrs_simulator.verdict.theory.motion import Advance
+from mrs_simulator.verdict.verdict import Check
+
+WINDOW = 5.0  # [s] in which a robot is looked at, besides the whole run
+FEWEST = 20  # [-] samples of a window
+SURE = 3.0  # [-] standard errors
+# [-] of gains, [s] of dead times, [m/s] of biases: with a wider bound a window does not tell of them.
+TELLING = (0.8, 0.5, 0.05)
+RESOLVED = 0.2  # [-] of the declared bias: by how much velocities are uncertain at least
+ROUGH = 0.5  # [-] of the change of commands from sample to sample, which slip and samples blur
+HARSH = 1.0  # [m/s^2] of a change of commands, beyond which a sample tells nothing: wheels spin
+MOST_COMMANDS = 50000  # [-] that are followed
+SHOWN = 3  # [-] robots that are named
+NAMES = (
+    "gain of wheels and axes [-]",
+    "dead time of wheels and axes [s]",
+    "bias of wheels and axes [m/s]",
+)
+BIAS = 2
+SPEEDS = ("linear.x", "linear.y", "angular.z", "linear.z")
+DIRECTIONS = ("ahead", "sideways", "turning", "upwards")
+
+
+def obedience_checks(control, run):
+    """Return a ``Check`` each of gain, dead time and bias: the worst found, or that the run does not tell.
+
+    Turn rates count as speeds at half of the body's width.  None of points, real robots, robots with
+    arms or uneven wheels, those that wind and waves push, of drives that are not stated, and where faults
+    of edges make commands jump between samples.
+    """
+    found = fits(control, run)
+    return [] if found is None else [_check(which, found, run) for which in range(len(NAMES))]
+
+
+class Fits(NamedTuple):
+    """Fits of all windows; c wheels and axes of each robot."""
+
+    names: Any  # n tuples of c names, "" for none
+    obeyed: Any  # (n, c) bool, of which commands say something
+    spread: Any  # (n, 3) of gain [-], dead time [s] and bias [m/s], as declared
+    windows: Any  # slices of the ways between samples
+    found: Any  # (w, n, c, 3) gain less 1, dead time, bias
+    error: Any  # (w, n, c, 3) standard errors
+
+    @property
+    def bound(self):
+        """Return how much each may be, (w, n, c, 3)."""
+        return self.spread[:, np.newaxis] + SURE * self.error
+
+    @property
+    def there(self):
+        """Return what is fitted at all, (n, c, 3) bool."""
+        named = np.array([[bool(name) for name in own] for own in self.names])
+        return np.stack([self.obeyed, self.obeyed, named], axis=2)
+
+    @property
+    def tells(self):
+        """Return what a window tells of, (w, n, c, 3) bool: bounds are narrow enough."""
+        return self.there & (self.bound < TELLING)
+
+
+def fits(control, run):
+    """Return the :class:`Fits` of ``run``, None where it does not tell."""
+    if not _can_be_told(control, run):
+        return None
+    names, rows = _channels(control.team)
+    obeyed = np.array(
+        [[_is_asked(kind, name) for name in own] for kind, own in zip(control.team.kinds, names)]
+    )
+    asked, went = _velocities(control, run)
+    asked, went = (np.einsum("ncv,knv->knc", rows, each) for each in (asked, went))
+    spread = np.array([kind.spread[run.scenario.fidelity] for kind in control.team.kinds])
+    time = run.time - run.time[0]
+    change = _changes(time, asked, spread)
+    windows = [slice(0, len(asked)), *_parts(time)]
+    of_all = [
+        _fitted(time[some.start :], asked[some], went[some], change[some], spread)
+        for some in windows
+    ]
+    return Fits(names, obeyed, spread, windows, *np.stack(of_all, axis=1))
+
+
+def _can_be_told(control, run):
+    scenario = run.scenario
+    if scenario is None or scenario.fidelity == "point_mass" or not run.meta.get("lockstep"):
+        return False
+    team, environment, errors = control.team, scenario.environment, scenario.odometry_errors
+    pushed = any(environment.wind) or environment.wave_height
+    even = errors is None or (errors.Ed, errors.Eb) == (1.0, 1.0)
+    short = (
+        len(run.time) < FEWEST + 1 or (run.time[-1] - run.time[0]) / control.period > MOST_COMMANDS
+    )
+    known = len(run.robots) == team.n and are_stated(team) and not team.has_arms
+    jumps = control.links.faults and scenario.record_period > 1.5 * control.period  # in between
+    return known and even and not (short or jumps or (pushed and scenario.fidelity == "dynamic"))
+
+
+def _channels(team):
+    """Return the names of each robot's wheels and axes, and how these go with its velocities, (n, 4, 4).
+
+    Velocities are ahead, sideways and upwards [m/s] and turning [rad/s], in the order of ``SPEEDS``.
+    """
+    names, rows = [], np.zeros((team.n, len(SPEEDS), len(SPEEDS)))
+    for row, kind in enumerate(team.kinds):
+        turned = 0.5 * kind.body.width
+        if kind.drive == "differential":
+            turned = 0.5 * kind.numbers.track
+            names.append(("left wheel", "right wheel", "sideways", ""))
+            rows[row, :3] = [1.0, 0.0, -turned, 0.0], [1.0, 0.0, turned, 0.0], [0.0, 1.0, 0.0, 0.0]
+            continue
+        there = [axis in kind.axes for axis in SPEEDS]
+        there[1] = there[1] or kind.module.MEDIUM == "ground"
+        rows[row] = np.diag(np.where(there, [1.0, 1.0, turned, 1.0], 0.0))
+        names.append(tuple(name if on else "" for name, on in zip(DIRECTIONS, there)))
+    return names, rows
+
+
+def _is_asked(kind, name):
+    """Return whether commands say anything of a channel of this ``name``; wheels let nothing aside."""
+    return bool(name) and (name != DIRECTIONS[1] or SPEEDS[1] in kind.axes)
+
+
+def _velocities(control, run):
+    """Return mean body velocities (m - 1, n, 4) between samples: as commanded, and as recorded."""
+    robots, time = robots_of(control), run.time - run.time[0]
+    robots.be(run.pose[0], run.in_space(control.dimension).hand[0])
+    advance = Advance(run.scenario.mismatch, control.team, run.scenario.step)
+    pose, height = [robots.pose], [robots.points[:, 2:]]
+    for row, duration in enumerate(np.diff(time)):
+        count = max(1, int(round(duration / control.period)))
+        now, then = run.command[row], run.command[row + 1]
+        for k in range(count):  # what was commanded between two samples lies between their commands
+            advance(robots, now + k / count * (then - now), duration / count)
+        pose.append(robots.pose)
+        height.append(robots.points[:, 2:])
+    drift = current_of(control, run)[:, :2] @ [1.0, 1j]
+    z = None if run.spatial is None else run.spatial.z[..., np.newaxis]
+    z = np.zeros(run.pose.shape[:2] + (0,)) if z is None or control.dimension == 2 else z
+    return _body_speeds(time, np.array(pose), np.array(height), 0.0), _body_speeds(
+        time, run.pose, z, drift
+    )
+
+
+def _body_speeds(time, pose, height, drift):
+    """Return what arcs from sample to sample tell of velocities, (m - 1, n, 4)."""
+    duration = np.diff(time)[:, np.newaxis]
+    turn = np.diff(pose[..., 2], axis=0)
+    turn = np.angle(np.exp(1j * turn))
+    way = np.diff(pose[..., 0] + 1j * pose[..., 1], axis=0) - drift * duration
+    mean = way * np.exp(-1j * (pose[:-1, :, 2] + 0.5 * turn)) / np.sinc(turn / (2.0 * np.pi))
+    climb = np.diff(height, axis=0).sum(axis=2)
+    return np.stack([mean.real, mean.imag, turn, climb], axis=2) / duration[..., np.newaxis]
+
+
+def _parts(time):
+    """Return the windows of a run, slices of the ways between its samples, none if it is one itself."""
+    size = max(FEWEST, int(np.ceil(WINDOW / np.median(np.diff(time)))))
+    count = (len(time) - 1) // size
+    return [slice(k * size, (k + 1) * size) for k in range(count)] if count > 1 else []
+
+
+def _changes(time, asked, spread):
+    """Return by how much commands have just changed, (k, n) [m/s]: such samples count the less.
+
+    Looked at as far back as a dead time of the ``spread`` (n, 3) goes; robots begin at rest.
+    """
+    step = np.abs(np.diff(asked, axis=0, prepend=0.0)).max(axis=2)
+    after = np.append(step[1:], step[-1:], axis=0)
+    result = np.maximum(step, after)
+    for back in range(1, 2 + int(spread[:, 1].max() / np.median(np.diff(time)))):
+        result[back:] = np.maximum(result[back:], step[:-back])
+    return result
+
+
+def _fitted(time, asked, went, change, spread):
+    """Return fits and their standard errors, (2, n, c, 3), of velocities (k, n, c) over a window.
+
+    Of gain less 1, dead time [s] and bias [m/s]; ``spread`` (n, 3) of each; ``change``: :func:`_changes`.
+    """
+    duration = np.diff(time[: len(asked) + 1])
+    slope = np.gradient(asked, np.cumsum(duration), axis=0)
+    spread = spread[:, np.newaxis]
+    least = RESOLVED * spread[..., 2]
+    share = 1.0 / np.hypot(1.0, ROUGH * change / least[:, 0])[..., np.newaxis]
+    share[change > HARSH * duration[:, np.newaxis]] = 0.0
+    columns = np.stack([asked, -slope, np.ones_like(asked)], axis=3) * share[..., np.newaxis]
+    off = share * (went - asked)
+    square = np.einsum("knci,kncj->ncij", columns, columns)
+    target = np.einsum("knci,knc->nci", columns, off)
+    prior = np.eye(3) * (spread**-2.0)[..., np.newaxis, :]
+    # Residuals of a fit that may go far beyond the spread: what the model cannot explain at all.
+    free = _solved(square / least[..., np.newaxis, np.newaxis] ** 2 + 1e-6 * prior, target, least)
+    left = off - np.einsum("knci,nci->knc", columns, free)
+    noise = np.maximum(least, np.sqrt((left**2).mean(axis=0) * _repeated(left)))
+    result = np.empty((2,) + target.shape)
+    for which in range(3):
+        known = prior * (np.arange(3) != which)
+        matrix = square / noise[..., np.newaxis, np.newaxis] ** 2 + known
+        matrix = matrix + 1e-9 * prior  # of what is not excited at all
+        inverse = np.linalg.inv(matrix)
+        found = (inverse @ target[..., np.newaxis])[..., 0] / noise[..., np.newaxis] ** 2
+        result[0, ..., which] = found[..., which]
+        result[1, ..., which] = np.sqrt(inverse[..., which, which])
+    return result
+
+
+def _solved(matrix, target, noise):
+    return np.linalg.solve(matrix, (target / noise[..., np.newaxis] ** 2)[..., np.newaxis])[..., 0]
+
+
+def _repeated(left):
+    """Return how many residuals (k, n, c) tell as much as one that is independent, (n, c)."""
+    power = np.maximum((left**2).sum(axis=0), 1e-300)
+    rho = np.clip((left[1:] * left[:-1]).sum(axis=0) / power, 0.0, 0.95)
+    return (1.0 + rho) / (1.0 - rho)
+
+
+def _check(which, fitted, run):
+    """Return the check of the gains, dead times or biases."""
+    found, bound = fitted.found[..., which], fitted.bound[..., which]
+    known = fitted.tells[..., which]
+    wrong = known & (np.abs(found) > bound)
+    unsure = _unsure(run, ~known.any(axis=(0, 2)))
+    exact = 1.0 if which == 0 else 0.0
+    if not known.any():
+        return Check(NAMES[which], exact, None, None, None, note=unsure)
+    share = np.where(known, np.abs(found) / bound, -1.0)
+    place = np.unravel_index(int(np.argmax(share)), share.shape)
+    window, row, channel = place
+    part, name = fitted.windows[window], fitted.names[row][channel]
+    where = "robot{}, {}, {:.1f} to {:.1f} s".format(
+        run.robots[row], name, run.time[part.start], run.time[part.stop]
+    )
+    value, most = float(found[place]), float(bound[place])
+    note = ", ".join(filter(None, (where, unsure)))
+    return Check(NAMES[which], exact, exact + value, most, bool(not wrong.any()), value, note)
+
+
+def _unsure(run, silent):
+    """Return of which robots, ``silent`` (n,) bool, a run does not tell, in words, or ""."""
+    robots = ["robot{}".format(number) for number in run.robots[silent]]
+    more = ", ..." if len(robots) > SHOWN else ""
+    text = "cannot tell of {}{}: commands are too small, or too short"
+    return text.format(", ".join(robots[:SHOWN]), more) if robots else ""

@@ -1,0 +1,76 @@
+"""Robots that do not do as commanded are named: wheel or axis, by gain, dead time and bias."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import check, shipped
+
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import Run
+from mrs_simulator.verdict.obedience import obedience_checks
+
+STEP, TRACK, TIME = 0.02, 0.357, np.arange(0.0, 12.0, 0.1)
+GAIN, DEAD_TIME, BIAS = "gain of wheels", "dead time of wheels", "bias of wheels"
+
+
+def driven(wheels=lambda rims, now: rims, speed=0.3, turn=0.4):
+    """Return checks of two Pioneers; what ``wheels`` makes of the rims (2,) [m/s] moves the second one."""
+    scenario = shipped("displacement_formation", poses=[[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], robots=2,
+                       topology={"preset": "complete"}, fidelity="kinematic", duration=12.0)  # fmt: skip
+    control = make_control(scenario)
+
+    def commanded(now):
+        return np.array([speed * (1.0 + np.sin(0.9 * now)), turn * np.cos(0.7 * now)])
+
+    place, pose = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]]), []
+    for now in TIME:
+        pose.append(place.copy())
+        for k in range(5):
+            v, omega = commanded(now + k * STEP)
+            rims = np.array([v - 0.5 * TRACK * omega, v + 0.5 * TRACK * omega])
+            for row, (left, right) in enumerate((rims, wheels(rims, now))):
+                v, omega = 0.5 * (left + right), (right - left) / TRACK
+                middle = place[row, 2] + 0.5 * STEP * omega
+                place[row] += STEP * np.array([v * np.cos(middle), v * np.sin(middle), omega])
+    command = np.array([[commanded(now)] * 2 for now in TIME])
+    pose = np.array(pose)
+    hand = pose[..., :2] + control.l * np.stack(
+        [np.cos(pose[..., 2]), np.sin(pose[..., 2])], axis=2
+    )
+    run = Run(TIME, np.array([1, 2]), pose, hand, command, [], scenario, {"lockstep": True})
+    return {"checks": [each._asdict() for each in obedience_checks(control, run)]}
+
+
+def test_robots_that_obey_pass():
+    found = driven()
+    for name, exact in ((GAIN, 1.0), (DEAD_TIME, 0.0), (BIAS, 0.0)):
+        one = check(found, name)
+        assert one["passed"] and one["measured"] == pytest.approx(exact, abs=2e-3), one
+
+
+@pytest.mark.parametrize(
+    "wheels, name, where, value",
+    [
+        (lambda rims, now: rims * [0.9, 1.0], GAIN, "left wheel", 0.9),
+        (lambda rims, now: rims * [1.0, 1.05], GAIN, "right wheel", 1.05),
+        (lambda rims, now: 0.0 * rims if now > 6.0 else rims, GAIN, "wheel", 0.0),
+        (lambda rims, now: rims + [0.03, 0.0], BIAS, "left wheel", 0.03),
+    ],
+)
+def test_a_wheel_that_does_not_is_named(wheels, name, where, value):
+    one = check(driven(wheels), name)
+    assert one["passed"] is False and one["measured"] == pytest.approx(value, abs=1e-2), one
+    assert "robot2" in one["note"] and where in one["note"], one
+
+
+def test_of_robots_at_rest_no_gain_is_told():
+    found = driven(speed=0.0, turn=0.0)
+    assert (
+        check(found, GAIN)["passed"] is None
+        and "cannot tell of robot1" in check(found, GAIN)["note"]
+    )
+    assert check(found, BIAS)["passed"]
+
+
+def test_a_robot_that_creeps_while_it_is_to_stand_is_named():
+    one = check(driven(lambda rims, now: rims + 0.01, 0.0, 0.0), BIAS)
+    assert one["passed"] is False and "robot2" in one["note"], one

@@ -357,6 +357,18 @@ def test_robots_that_are_sensed_do_not_leap(sensors, compiled):
     assert experiment._can_leap() != bool(sensors)
 
 
+def test_a_run_that_leaps_goes_on_alike_from_a_snapshot(compiled):
+    compiled()
+    experiment = Experiment(shipped("paper", 3.0))
+    samples = experiment.samples()
+    [next(samples) for _ in range(5)]
+    kept = experiment.snapshot()
+    told = [np.column_stack(each[1:]).tobytes() for each in experiment.samples()]
+    experiment.restore(kept)
+    assert told == [np.column_stack(each[1:]).tobytes() for each in experiment.samples()]
+    assert len(told) == 26 and experiment.world.clock.steps == 150
+
+
 def test_what_is_to_befall_robots_stops_leaps():
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
     world.parts = [Faults(world.motion, world.clock, [FIELDS["events"][0][0]])]

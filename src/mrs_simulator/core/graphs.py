@@ -16,11 +16,12 @@ from mrs_simulator.core.graph_presets import (
     refuse_many,
 )
 from mrs_simulator.core.neighbours import close_pairs, squared
+from mrs_simulator.core.snapshots import Constant
 
 PRESETS = tuple(BY_ORDER)  # decided by the number of robots alone
 
 
-class Topology:
+class Topology(Constant):
     """A weighted graph over robots 1..n, held as an edge list sorted by the receiving robot."""
 
     def __init__(self, n, edges, directed=True):
@@ -163,10 +164,6 @@ class Topology:
         total = np.zeros(values.shape[::-1])
         total[:, self.receivers] = received
         return total.T
-
-    def __deepcopy__(self, _):
-        """Return itself: a graph never changes, so that copies of what holds it share it."""
-        return self
 
     def neighbour_mean(self, values):
         """Return ``sum_j a_ij values_j / sum_j a_ij``, (n, d); without neighbours a robot's own value."""

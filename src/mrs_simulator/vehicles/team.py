@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, max_abs
+from mrs_simulator.core.snapshots import Constant
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.scenario.team.robots import DEFAULT_KIND
 from mrs_simulator.state.columns import JOINTS, SPATIAL, Z
@@ -107,7 +108,7 @@ class Outlines(NamedTuple):
     round: Any  # bool
 
 
-class Team:
+class Team(Constant):
     """The robots of a run; not to be changed.  Arrays hold one robot per row."""
 
     dimension = (
@@ -181,9 +182,6 @@ class Team:
         """Return the team of ``scenario``, under its own limits or other ``limits``."""
         limits = scenario.limits if limits == "scenario" else limits
         return cls(scenario.kinds, limits, scenario.directory, scenario.own_kinds)
-
-    def __deepcopy__(self, memo):
-        return self
 
     def _rows(self, value, dtype=float):
         """Return ``value`` of each robot's kind as an array (n, ...)."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from mrs_simulator.core.arrays import read_only
 from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.snapshots import Snapshot
 from mrs_simulator.scenario.scenario import DEFAULT_HAND_LENGTH, ENGINES
 from mrs_simulator.scenario.surroundings.environment import CALM
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -372,6 +373,21 @@ class World:
         if done >= until:
             self.commands.note_received_by_all(self.clock.steps - (done - until) % every)
         return done, why
+
+    @property
+    def stateful(self):
+        """Return what a ``Snapshot`` of this world keeps the state of."""
+        return [self, self.clock, self.motion, *self.parts]
+
+    def snapshot(self):
+        """Return what :meth:`restore` needs to go on from now to the same bits; ``NotCopied`` says of what
+        there is no copy."""
+        return Snapshot(self.stateful)
+
+    def restore(self, kept):
+        """Go back to where :meth:`snapshot` returned ``kept``."""
+        self.close()  # a solver that was opened since
+        kept.restore()
 
     def close(self):
         """Release the motion's resources, such as a solver."""

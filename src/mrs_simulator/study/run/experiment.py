@@ -14,6 +14,7 @@ from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
 from mrs_simulator.core.kinematics import max_abs
+from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import failure
@@ -26,6 +27,7 @@ from mrs_simulator.study.draw.figure_process import drawing
 from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
 from mrs_simulator.study.run.sensor_sizes import with_sizes
+from mrs_simulator.study.run.snapshots import global_streams, kept_of
 from mrs_simulator.study.run.step_trace import StepTrace
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.verdict.user_values import texts_of
@@ -46,14 +48,9 @@ class Experiment:
 
     def __init__(self, scenario, protocol=None):
         """``protocol``: a ``PioneerControl`` subclass, by default the one the scenario names."""
-        scenario, protocol = choose_protocol(scenario, protocol)
-        self.scenario = scenario
-        self.world = World.from_scenario(scenario)
-        try:
-            self._join(protocol)
-        except BaseException:
-            self.world.close()
-            raise
+        self.scenario, self._protocol = choose_protocol(scenario, protocol)
+        self.streams = global_streams()  # as the run began, for one that is made again
+        self.open()
 
     def _join(self, protocol):
         """Make control, sensors and estimator of the world's robots."""
@@ -104,31 +101,79 @@ class Experiment:
         caller's own arrays.
         Raises ``LawFailed`` after all robots were commanded to stop.
         """
-        scenario, world = self.scenario, self.world
-        world.rise()
-        self._asked(self.control.start)
-        steps = int(round(scenario.duration / scenario.step))
-        command_every, record_every = scenario.steps_per_command, scenario.steps_per_record
+        scenario, steps = self.scenario, int(round(self.scenario.duration / self.scenario.step))
+        if self._step < 0:
+            self.world.rise()
+            self._asked(self.control.start)
         if self._can_leap():
             yield from self._leaping(steps)
             return
-        for step in range(steps + 1):
-            if not self.sensors.is_idle:
-                self.sensors.update(step, world.sensed)
-            if self._recorder is not None:
-                self._recorder.update(step, world)
-            if self.estimator is not None:
-                self._estimate(step)
-            if step % command_every == 0:
+        while self._step < steps:
+            if self._step >= 0:
+                self._advance()
+            self._step += 1
+            self._read(self._step)
+            if self._step % scenario.steps_per_command == 0:
                 self._command_all()
             if self.trace is not None:
                 self.trace.add()
-            if step % record_every == 0:
+            if self._step % scenario.steps_per_record == 0:
                 yield self._sample()
-            if step < steps:
-                world.step()
-                self.collisions.extend(world.contacts.take())
-                self.incidents.extend(world.faults.take())
+
+    def _advance(self):
+        """Let the world make a step."""
+        self.world.step()
+        self.collisions.extend(self.world.contacts.take())
+        self.incidents.extend(self.world.faults.take())
+
+    def _read(self, step):
+        """Read sensors, and estimate poses, after ``step`` steps."""
+        if not self.sensors.is_idle:
+            self.sensors.update(step, self.world.sensed)
+        if self._recorder is not None:
+            self._recorder.update(step, self.world)
+        if self.estimator is not None:
+            self._estimate(step)
+
+    def snapshot(self):
+        """Return what :meth:`restore` needs to go on from the last sample to the same bits.
+
+        Where something cannot be copied, such as a law's generator or a solver's memory, ``restore`` runs
+        the experiment again from its start.
+        """
+        if self._recorder is not None:
+            raise NotCopied("sensors are recorded to files, which cannot be taken back")
+        return kept_of(self)
+
+    def restore(self, kept):
+        """Go back to the sample at which :meth:`snapshot` returned ``kept``; :meth:`samples`, called again,
+        goes on from there.
+
+        Raises ``NotRepeated`` where the law keeps a state elsewhere than in itself, or where a run that
+        cannot be copied is not the same again.
+        """
+        kept.restore(self)
+
+    @property
+    def stateful(self):
+        """Return what a ``Snapshot`` of this experiment keeps the state of."""
+        more = [] if self.estimator is None else [self.estimator]
+        return [self, *self.world.stateful, self.control, self.sensors, *more]
+
+    def open(self):
+        """Begin anew, with a new world and a new control."""
+        self._step = -1  # of the last sample
+        self.world = World.from_scenario(self.scenario)
+        try:
+            self._join(self._protocol)
+        except BaseException:
+            self.world.close()
+            raise
+
+    @property
+    def step(self):
+        """Return the step of the last sample, -1 before the first."""
+        return self._step
 
     def _sample(self):
         """Return ``(time, pose, command)`` now."""
@@ -158,16 +203,18 @@ class Experiment:
         from mrs_simulator.world.motion.fused_stepping import Leaps  # numba only where it is wanted
         from mrs_simulator.world.motion.stretches import NEAR
 
-        world, control, step = self.world, self.control, 0
+        world, control, step = self.world, self.control, max(0, self._step)
         every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
-        self._command_all()
+        if self._step < 0:
+            self._command_all()
         form = form_of(control)
         try:
             leaps = Leaps(world, *form, command_every, control.l, control.saturation)
         except RecursionError as error:
             self._refuse_uncompiled(error)
         while True:
-            if step % every == 0:
+            if step % every == 0 and step > self._step:
+                self._step = step
                 yield self._sample()
             if step == steps:
                 return
@@ -178,9 +225,7 @@ class Experiment:
                 raised = raised or why == RAISED
                 step += done
                 if why in (NEAR, RAISED):
-                    world.step()
-                    self.collisions.extend(world.contacts.take())
-                    self.incidents.extend(world.faults.take())
+                    self._advance()
                     step += 1
                 if why and step % command_every == 0:
                     self._command_all()

@@ -32,9 +32,6 @@ class CarriedLoad:
             text = "load: the tool of robot{} is {:.3f} m from its grasp, wanted within {:g} m"
             raise LoadError(text.format(row + 1, misfit[row], REACH))
 
-    def remove(self):
-        """Take the load out of the world: there is no body."""
-
     def _misfit(self, points):
         return points - grasps.grasp_points(self.grasps, self.state.place, self.state.orientation)
 

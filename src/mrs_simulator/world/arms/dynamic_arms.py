@@ -215,8 +215,3 @@ class HangingLoad(CarriedLoad):
             if not grasps.are_noncollinear(self.grasps[self.held]):
                 self.held[:] = False
         return gone
-
-    def remove(self):
-        """Take the load out of the world."""
-        self._bodies.grip = None
-        pybullet.removeBody(self._body, **self._client)

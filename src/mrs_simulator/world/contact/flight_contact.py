@@ -10,6 +10,7 @@ import importlib.util
 
 import numpy as np
 
+from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
@@ -70,6 +71,11 @@ class FlightContacts:
     def contacts(self):
         """Return the contacts of the last step: ``(first, second, x, y, z)`` each."""
         return list(self._found.values())
+
+    def __getstate__(self):
+        if self._client is not None:
+            raise NotCopied("the memory of pybullet's solver cannot be copied")
+        return vars(self)
 
     def close(self):
         """Give back what the solver holds."""

@@ -11,6 +11,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.core.kinematics import ramp, wrap_angle
+from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.core.uneven_wheels import UnevenWheels
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
 from mrs_simulator.vehicles import Team
@@ -35,6 +36,8 @@ SETTLING = 40  # [-] substeps in which a robot put on the ground comes to rest
 STILL = 1e-3  # [m/s, rad/s] below which a robot that is to stand counts as standing
 STANDING = 25  # [-] steps in which all do before the solver rests
 NO_RAMP = 1e3  # [m/s^2, rad/s^2] stands for no ramp: motors have torque, not infinite acceleration
+# What pybullet's saveState leaves out changes the last bits of robots whose wheels slip.
+NO_COPY = "the memory of pybullet's solver cannot be copied"
 
 
 class Model(NamedTuple):
@@ -231,6 +234,9 @@ class DynamicMotion:
         self._driven = np.full((n, 2), np.nan)
         self._stood = 0
         self._drive(np.zeros((n, 2)))
+
+    def __getstate__(self):
+        raise NotCopied(NO_COPY)
 
     @property
     def wheel_travel(self):

@@ -1,10 +1,11 @@
 """Pictures of simulated cameras, by pybullet's renderer."""
 
+from mrs_simulator.core.snapshots import Constant
 from mrs_simulator.sensors.suite import SensorError
 from mrs_simulator.state.columns import SPATIAL
 
 
-class CameraRenderer:
+class CameraRenderer(Constant):
     """Renders the scene of a team; pybullet and its models are loaded for the first picture."""
 
     def __init__(self, team, obstacles=()):

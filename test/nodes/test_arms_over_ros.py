@@ -218,15 +218,17 @@ def test_an_arm_follows_the_goals_of_an_action(ros, tmp_path):  # noqa: F811
 
 
 def test_a_history_keeps_the_joints_of_arms():
-    from mrs_simulator.rqt_plugin.run.history import History, Snapshot
-    from mrs_simulator.state.columns import arm_axes
+    from snapshots import snapshot_of
+
+    from mrs_simulator.rqt_plugin.run.history import History
+    from mrs_simulator.state.columns import SPATIAL, arm_axes
 
     history, axes = History(), ("linear.x", "angular.z", *arm_axes(3))
     joints = np.arange(8.0).reshape(2, 4)
     command = np.arange(10.0).reshape(2, 5)
     for time in (0.0, 0.1):
         here = np.zeros((2, 3)), np.zeros((2, 3)), command + time, np.ones(2, dtype=bool)
-        history.append(Snapshot(time, (1, 2), *here, axes=axes, joints=joints + time))
-    np.testing.assert_array_equal(history.joints, [joints, joints + 0.1])
-    np.testing.assert_array_equal(history.command[0], command)
-    assert history.spatial is None
+        history.append(snapshot_of(time, (1, 2), *here, axes=axes, joints=joints + time))
+    np.testing.assert_array_equal(history.state.joints, [joints, joints + 0.1])
+    np.testing.assert_array_equal(history.state.command[0], command)
+    assert not history.state.has(SPATIAL)

@@ -13,13 +13,14 @@ from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
 from python_qt_binding.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
+from snapshots import snapshot_of
 
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.curves import quantities
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES, Curve, ErrorCurve
 from mrs_simulator.rqt_plugin.run import history as run_history
-from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets.colours import STEPS
 
 APP = QApplication.instance() or QApplication([])
@@ -31,7 +32,7 @@ def snapshot(time, n=3):
     pose[:, 0] = np.arange(1, n + 1) * (1.0 + time)
     pose[:, 2] = np.mod(2.0 * time + np.pi, 2.0 * np.pi) - np.pi
     twist[:, 2] = 2.0
-    return Snapshot(time, tuple(range(1, n + 1)), pose, twist, twist[:, :2], np.ones(n, bool))
+    return snapshot_of(time, tuple(range(1, n + 1)), pose, twist, twist[:, :2], np.ones(n, bool))
 
 
 def make_history(m, n=3, begin=0.0):
@@ -128,7 +129,7 @@ def test_each_tab_shows_its_quantity_with_its_unit(panel):
     history = make_history(60)
     panel.set_history(history)
     wanted = [history.pose[:, 0, 0], history.pose[:, 0, 1], 2.0 * history.time]
-    wanted += [history.twist[:, 0, 0], history.twist[:, 0, 2]]
+    wanted += [history.state.twist[:, 0, 0], history.state.twist[:, 0, 2]]
     for index, values in enumerate(wanted):
         panel._tabs.setCurrentIndex(index)
         settle(panel)
@@ -252,7 +253,7 @@ def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
     np.testing.assert_allclose(theory.get_xdata() - history.time[0], [0.0, 1.0])  # what is seen
     begin = history.time[-1] + 0.1
     for time in (begin, begin + 0.1):
-        history.append(snapshot(time)._replace(command=np.full((3, 2), 0.1)))
+        history.append(snapshot(time).replace(command=np.full((3, 2), 0.1)))
     settle(panel)
     (theory,) = lines(panel)
     np.testing.assert_allclose(theory.get_xdata() - begin, [0.0, 1.0], atol=1e-6)
@@ -467,7 +468,7 @@ def test_the_lateral_speed_is_shown_of_robots_that_have_one(panel):
         return [panel._tabs.tabText(tab) for tab in range(panel._tabs.count())]
 
     history = make_history(20)
-    history._table[:, :, 4] = 0.25
+    history.state.twist[:, :, 1] = 0.25
     panel.set_history(history)
     assert "v\u1d67" not in tabs()
     panel._tabs.setCurrentIndex(tabs().index("\u03c9"))
@@ -494,7 +495,7 @@ def test_curves_show_heights_of_teams_that_fly(panel):
         expected = snapshot(0.1 * step)
         spatial = upright(expected.pose[:, 2], [1.0, 2.0, 3.0])
         spatial.twist[:, 0] = 0.1 * step
-        history.append(expected._replace(spatial=spatial))
+        history.append(expected.replace(spatial=spatial))
     panel.set_history(history)
     for tab, values in ((2, [[1.0, 2.0, 3.0]] * 5), (5, [[0.1 * k] * 3 for k in range(5)])):
         panel._tabs.setCurrentIndex(tab)

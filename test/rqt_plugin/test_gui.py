@@ -120,7 +120,7 @@ until(lambda: gui.connection.is_fresh("stage"))
 click("bag")
 until(lambda: gui.bar.button("bag").text() == "End bag")
 click("control")
-until(lambda: len(gui.history.time) and gui.history.command[-1].any())
+until(lambda: len(gui.history.time) and gui.history.state.command[-1].any())
 begun = gui.history.time[-1]
 until(lambda: gui.history.time[-1] > begun + 2.0)
 click("bag")
@@ -382,7 +382,7 @@ click("simulate")
 assert gui.scenario.n == 6 == len(gui.team.poses())
 until(lambda: len(gui.topology.edges()) == 5 == len(gui.connection.newest("control").edges))
 assert gui.pending_team.is_settled() and gui.study.is_controlled()  # nothing is sent
-assert len(gui.connection.snapshot().numbers) == 6
+assert len(gui.connection.snapshot().robots) == 6
 click("stop")
 until(lambda: gui.modes["poses"].isEnabled())
 """

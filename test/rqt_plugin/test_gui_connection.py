@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
+from mrs_simulator.state.columns import SPATIAL
 
 HUNG = """
 import rospy, threading
@@ -69,7 +70,7 @@ def test_the_time_of_real_robots_counts_from_the_first_message():
     turn = -0.0140533125, -0.1981716615, -0.9776114979, -0.0693271672
     robots._on_odometry(odometry(1.7e9 + 2.5, 4.0, turn), 2)
     received = robots.snapshot(60.0)
-    assert received.time == 2.5 and received.numbers == (1, 2)
+    assert received.time == 2.5 and received.robots == (1, 2)
     assert received.pose[1].tolist() == pytest.approx([4.0, 0.0, 3.0], abs=1e-6)
     robots.forget()
     robots._on_odometry(odometry(1.7e9 + 100.0, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
@@ -81,7 +82,7 @@ def test_heights_of_real_robots_are_believed_of_teams_that_fly():
     message.pose.pose.position.z, message.twist.twist.linear.z = 1.5, 0.25
     message.pose.pose.orientation.x, message.pose.pose.orientation.w = 0.6, 0.8
     robots._on_odometry(message, 1)
-    assert robots.snapshot(1.0).spatial is None
+    assert not robots.snapshot(1.0).has(SPATIAL)
     robots.set_starts(np.array([[1.0, 2.0, np.pi]]), in_space=True)
     published = robots.snapshot(1.0)
     assert published.spatial.z.tolist() == [1.5] and published.spatial.twist.tolist() == [

@@ -100,7 +100,7 @@ def test_what_is_no_matter_of_judgement_keeps_the_robots_standing(gui, robots, r
     robots.ask("fall_silent(2)")
     gui(
         """
-until(lambda: len(gui.connection.snapshot().numbers if gui.connection.snapshot() else ()) == 3)
+until(lambda: len(gui.connection.snapshot().robots if gui.connection.snapshot() else ()) == 3)
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
 found = {(row[0], row[1]) for row in gui.preflight.rows()}

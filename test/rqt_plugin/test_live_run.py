@@ -10,9 +10,9 @@ import pytest
 from gui_fixtures import quiet_study
 from protocol_fixtures import shipped
 from python_qt_binding.QtWidgets import QApplication
+from snapshots import snapshot_of
 
 from mrs_simulator.record.run_changes import controller_settings
-from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.study.run.law_answers import Prediction
 
 APP = QApplication.instance() or QApplication([])
@@ -33,7 +33,7 @@ def tick(study, times, obeyed=()):
     n = study.scenario.n
     motion = np.full((2, n, 3), 0.1)
     study.connection.take_samples.return_value = [
-        Snapshot(
+        snapshot_of(
             time, tuple(range(1, n + 1)), *motion, np.full((n, 2), 0.1), np.ones(n, dtype=bool)
         )
         for time in times

@@ -21,6 +21,7 @@ from python_qt_binding.QtGui import (
 )
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
+from snapshots import snapshot_of
 
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.ros.message_forms.messages import team_state
@@ -32,7 +33,7 @@ from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.ros_side.inbox import _from_state
-from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets.colours import shade as team_shade
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
@@ -74,7 +75,7 @@ def snapshot(time, pose, fresh=None, numbers=None):
     n = len(pose)
     fresh = np.ones(n, dtype=bool) if fresh is None else np.array(fresh)
     numbers = tuple(range(1, n + 1)) if numbers is None else numbers
-    return Snapshot(time, numbers, np.array(pose), np.zeros((n, 3)), np.zeros((n, 2)), fresh)
+    return snapshot_of(time, numbers, np.array(pose), np.zeros((n, 3)), np.zeros((n, 2)), fresh)
 
 
 def at(view, x, y):
@@ -806,7 +807,7 @@ def test_the_legend_explains_the_visible_signs(view):
     view.show_targets(POSES[:, :2])
     assert view._legend() == {"directed edge", "target"}
     fresh = np.array([True] * (len(POSES) - 1) + [False])
-    view.show_snapshot(snapshot(0.0, POSES, fresh)._replace(real=frozenset([1])))
+    view.show_snapshot(snapshot(0.0, POSES, fresh).replace(real=np.arange(len(POSES)) == 0))
     assert view._legend() == {"directed edge", "target", "start", "trail", "real", "stale"}
     shown = drawn(view)
     view.set_legend_shown(False)
@@ -837,7 +838,7 @@ def test_heights_of_robots_in_the_air_are_shown_by_number_and_shadow(view, app):
     QToolTip.hideText()
     assert "aloft" in view._legend()
     spatial = upright(POSES[:, 2], [0.0, 0.0, 0.0])
-    view.show_snapshot(snapshot(0.0, POSES)._replace(spatial=spatial))
+    view.show_snapshot(snapshot(0.0, POSES).replace(spatial=spatial))
     assert "aloft" not in view._legend()
 
 
@@ -898,7 +899,7 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     assert view.scene_3d().load == (given.load, snapshot.load)
     history = History()
     history.append(snapshot)
-    kept = history.load
+    kept = history.state.load
     for mine, theirs in zip(kept, snapshot.load):
         np.testing.assert_array_equal(mine[0], theirs)
-    np.testing.assert_array_equal(history.joints[0], snapshot.joints)
+    np.testing.assert_array_equal(history.state.joints[0], snapshot.joints)

@@ -23,9 +23,9 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 from ros_fixtures import wait_until
+from snapshots import snapshot_of
 
 from mrs_simulator.rqt_plugin.run.bar import ACTIONS, RunBar
-from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
@@ -379,7 +379,7 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
 
     def received(time):
         flags = np.ones(2, dtype=bool)
-        study.connection.snapshot.return_value = Snapshot(
+        study.connection.snapshot.return_value = snapshot_of(
             time, (1, 2), poses, np.zeros((2, 3)), np.zeros((2, 2)), flags
         )
         study._on_frame()
@@ -396,7 +396,7 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     def reported(time, x):
         pose = np.array([[x, 0.0, 0.0], [3.0, 0.0, 0.0]])
         zeros = np.zeros((2, 3)), np.zeros((2, 2)), np.ones(2, dtype=bool)
-        study.connection.snapshot.return_value = Snapshot(time, (1, 2), pose, *zeros)
+        study.connection.snapshot.return_value = snapshot_of(time, (1, 2), pose, *zeros)
         study.map.cost = 0.0
         study._on_frame()
         return study.map.team.pose[0, 0]

@@ -14,6 +14,7 @@ from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
 from python_qt_binding.QtGui import QColor
 from python_qt_binding.QtWidgets import QApplication
 from sensor_msgs.msg import PointCloud
+from snapshots import snapshot_of
 from std_msgs.msg import Float64, Header, Int8
 
 from mrs_simulator.ros.message_forms.sensor_messages import forms_of
@@ -23,7 +24,6 @@ from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
 from mrs_simulator.rqt_plugin.ros_side import sensors as sensors_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import Part
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
-from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading, mounts_of, spare_mounts_of
@@ -248,7 +248,7 @@ def moved(study, time, x):
     """Show both robots at ``time`` [s], the first of them at ``x`` [m]."""
     pose = np.array([[x, 0.0, 0.0], [8.0, 0.0, 0.0]])
     zeros, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
-    study.map.show_snapshot(Snapshot(time, (1, 2), pose, zeros, np.zeros((2, 2)), fresh))
+    study.map.show_snapshot(snapshot_of(time, (1, 2), pose, zeros, np.zeros((2, 2)), fresh))
 
 
 def test_what_was_sensed_stays_where_the_robot_was_then(study):
@@ -359,7 +359,7 @@ def test_the_panel_tells_state_rate_and_age(study):
     assert row("bumper")[3] == "waiting"
 
 
-STANDS = Snapshot(
+STANDS = snapshot_of(
     0.0,
     (1, 2),
     np.array([[0.0, 0.0, 0.0], [1.0, 2.0, np.pi]]),

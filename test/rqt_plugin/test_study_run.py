@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 from ros_fixtures import wait_until
+from snapshots import snapshot_of
 
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.nodes.stage.world_topics import stamp_at
@@ -18,7 +19,7 @@ from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
-from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun, how_ended, last_lines
 from mrs_simulator.study.results.report import predicted_settling, read_run
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
@@ -256,7 +257,7 @@ def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
     for second in range(4):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (second > 0))
         pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
-        history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset(real)))
+        history.append(snapshot_of(second, (1, 2), pose, pose, command, fresh, frozenset(real)))
     early, late = (Collision(time, "robot1", "robot2", 0.0, 0.0) for time in (0.5, 2.5))
     history.collisions.extend([] if real else [early, late])
     study("paper_four", connection).files.save(history, str(tmp_path))
@@ -272,7 +273,7 @@ def test_a_saved_run_tells_what_its_controller_said(tmp_path):
     pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
     for second in range(9):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (second > 0))
-        history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset()))
+        history.append(snapshot_of(second, (1, 2), pose, pose, command, fresh, frozenset()))
     for stamp, text in ((0.0, "not started"), (1.0, ""), (3.0, "late"), (4.5, ""), (7.5, FAILED)):
         connection.controller.note(stamp, not text, text)
     study("paper_four", connection).files.save(history, str(tmp_path))
@@ -290,7 +291,7 @@ def estimated_run(tmp_path, reported, real=()):
     pose, fresh = np.ones((2, 3)), np.ones(2, dtype=bool)
     for time in np.arange(0.0, 9.0, 0.25):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (time >= 1.0))
-        history.append(Snapshot(time, (1, 2), pose, pose, command, fresh, frozenset(real)))
+        history.append(snapshot_of(time, (1, 2), pose, pose, command, fresh, frozenset(real)))
         # Some come before the samples of their times, some after.
         early = [each for each in reported if each[0] <= time + 0.3 * (int(time) % 2) - 0.1]
         history.take_estimates([(at, (1, 2), np.full((2, 3), value)) for at, value in early])
@@ -374,7 +375,7 @@ def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):
 def commanded(history, seconds, command=0.1):
     zeros, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
     for time in np.arange(history.time[-1] + 1.0 if len(history.time) else 0.0, 1e3)[:seconds]:
-        history.append(Snapshot(time, (1, 2), zeros, zeros, np.full((2, 2), command), fresh))
+        history.append(snapshot_of(time, (1, 2), zeros, zeros, np.full((2, 2), command), fresh))
     return history
 
 
@@ -399,7 +400,7 @@ def test_an_unsaved_run_is_kept_when_another_team_or_time_begins_anew(tmp_path, 
     assert len(said) == 1 and len(read_run_csv(path).time) == 4
     zeros = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 2)), np.ones(3, dtype=bool)
     commanded(history, 4)
-    history.append(Snapshot(0.0, (1, 2, 3), *zeros))
+    history.append(snapshot_of(0.0, (1, 2, 3), *zeros))
     assert len(said) == 2
 
 
@@ -430,7 +431,7 @@ def test_a_frozen_run_stays_while_the_history_goes_on_and_thins_itself(monkeypat
     history.take_estimates([(time, (1, 2), np.full((2, 3), time)) for time in range(8, 28)])
     assert len(history.time) <= 8 and history.time[-1] > 20.0
     np.testing.assert_array_equal(frozen.time, np.arange(2.0, 8.0))
-    assert (frozen.command == 0.1).all() and frozen.begun == 0.0
+    assert (frozen.state.command == 0.1).all() and frozen.begun == 0.0
     np.testing.assert_array_equal(frozen.estimate[:, 0, 0], frozen.time)
     known = np.isfinite(history.estimate[:, 0, 0])
     assert known[-1] and (history.estimate[known, 1, 2] == history.time[known]).all()
@@ -440,9 +441,9 @@ def test_of_one_time_the_newest_is_kept_and_may_begin_the_run():
     history, fresh = History(), np.ones(2, dtype=bool)
     for place, speed in ((1.0, 0.0), (2.0, 0.3)):  # odometry, then the stage with the first command
         pose, command = np.full((2, 3), place), np.full((2, 2), speed)
-        history.append(Snapshot(1.0, (1, 2), pose, 0.0 * pose, command, fresh))
+        history.append(snapshot_of(1.0, (1, 2), pose, 0.0 * pose, command, fresh))
     assert history.begun == 1.0 and len(history.time) == 1
-    assert (history.pose == 2.0).all() and (history.command == 0.3).all()
+    assert (history.pose == 2.0).all() and (history.state.command == 0.3).all()
 
 
 @pytest.mark.parametrize("name", ["formation_crazyflies", "formation_cars", "consensus"])
@@ -464,7 +465,7 @@ def test_a_kept_run_is_the_file_that_one_without_ros_writes(name, tmp_path, monk
     assert len(rows) == len(history.time) * scenario.n == 6 * scenario.n
     found = read_run_csv(path)
     if name == "formation_crazyflies":
-        np.testing.assert_array_equal(found.spatial.z, history.spatial.z)
+        np.testing.assert_array_equal(found.spatial.z, history.state.spatial.z)
         np.testing.assert_array_equal(found.point_z[0], scenario.altitude)
 
 

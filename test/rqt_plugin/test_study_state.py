@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from protocol_fixtures import shipped
+from snapshots import snapshot_of
 
-from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
 from mrs_simulator.scenario.network.links import Links
 from mrs_simulator.study.run.law_answers import prediction
@@ -20,7 +20,7 @@ def snapshot(n=3, stale=(), real=()):
     numbers = tuple(range(1, n + 1))
     fresh = np.array([number not in stale for number in numbers])
     zeros = np.zeros((n, 3))
-    return Snapshot(2.5, numbers, zeros, zeros, zeros[:, :2], fresh, frozenset(real))
+    return snapshot_of(2.5, numbers, zeros, zeros, zeros[:, :2], fresh, frozenset(real))
 
 
 class Link:

@@ -10,9 +10,9 @@ from python_qt_binding.QtCore import QPoint, QPointF, Qt
 from python_qt_binding.QtGui import QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
+from snapshots import snapshot_of
 
 from mrs_simulator.rqt_plugin.map.view import MapView
-from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.view.panel import ViewPanel
 
 APP = QApplication.instance() or QApplication([])
@@ -22,7 +22,7 @@ POSES = np.array([(0.0, 0.0, 0.0), (2.0, 0.0, 1.0), (4.0, 1.0, 2.0)])
 def snapshot(time, poses):
     n = len(poses)
     twist = np.zeros((n, 3))
-    return Snapshot(time, tuple(range(1, n + 1)), poses, twist, twist[:, :2], np.ones(n, bool))
+    return snapshot_of(time, tuple(range(1, n + 1)), poses, twist, twist[:, :2], np.ones(n, bool))
 
 
 @pytest.fixture()

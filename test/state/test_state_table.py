@@ -15,7 +15,7 @@ def test_a_column_that_robots_do_not_have_is_absent():
     pose = np.zeros((2, 3))
     state = StateTable(0.5, pose=pose, z=None, load=None)
     assert state.pose is pose and state[POSE] is pose and not state.has(Z) and not state.has(LOAD)
-    with pytest.raises(AttributeError, match="z: a state without it, with time, .*pose"):
+    with pytest.raises(AttributeError, match="no z in this state, which has time, .*pose"):
         assert state.z
     assert not state.replace(pose=None).has(POSE) and state.has(POSE)
     with pytest.raises(TypeError, match="unknown 'poses'; did you mean 'pose'"):

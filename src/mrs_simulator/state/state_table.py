@@ -49,7 +49,9 @@ class StateTable:
         if name in GROUPS and self.has(GROUPS[name]):
             group = GROUPS[name]
             return group.kind(*(getattr(self, each) for each in group.columns))
-        raise AttributeError("{}: a state without it, with {}".format(name, ", ".join(vars(self))))
+        raise AttributeError(
+            "no {} in this state, which has {}".format(name, ", ".join(vars(self)))
+        )
 
     def replace(self, **changes):
         """Return a state with other values of these attributes or columns; None takes a column away."""
@@ -61,6 +63,12 @@ class StateTable:
         """Return the samples ``rows`` of a state at m times: an index, a slice or a mask."""
         own = vars(self)
         return self.replace(**{name: own[name][rows] for name in SAMPLED.keys() & own.keys()})
+
+    def numbers_with(self, flag):
+        """Return the numbers of the robots of which the column ``flag`` is true, none without it."""
+        if not self.has(flag):
+            return frozenset()
+        return frozenset(number for number, true in zip(self.robots, self[flag]) if true)
 
     def copy(self):
         """Return a state with its own arrays."""

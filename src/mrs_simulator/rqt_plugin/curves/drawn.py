@@ -241,7 +241,7 @@ class DrawnCurves(QWidget):
         rows = [row for row, number in enumerate(numbers) if self._chosen(number)]
         if not rows or not len(time):
             return [], "No robot is selected" if len(time) else "No samples yet"
-        table = QUANTITIES[self._index()].values(self._history)
+        table = QUANTITIES[self._index()].values(self._history.state)
         styles = self._plot.styles([numbers[row] for row in rows], numbers)
         names = ["Robot {}".format(numbers[row]) for row in rows]
         pairs = zip(names, rows, styles)

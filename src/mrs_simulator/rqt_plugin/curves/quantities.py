@@ -8,6 +8,7 @@ from typing import Callable, NamedTuple
 import numpy as np
 
 from mrs_simulator.rqt_plugin.widgets.guard import LOG
+from mrs_simulator.state.columns import OUT_OF_PLANE
 from mrs_simulator.study.draw.figure_parts import thin
 
 PATIENCE = 0.03  # [s] for the formation error within one redraw
@@ -24,7 +25,7 @@ class Quantity(NamedTuple):
     label: str  # on the axis; formulas in $ $
     unit: str
     meaning: str
-    values: Callable  # of a history: (m, n)
+    values: Callable  # of a ``StateTable`` of m times: (m, n)
 
 
 class Curve(NamedTuple):
@@ -36,15 +37,21 @@ class Curve(NamedTuple):
     style: dict  # of a matplotlib line
 
 
-def heading(history):
+def heading(state):
     """Return the headings (m, n) [rad] without the jumps between -pi and pi."""
-    wrapped = history.pose[:, :, 2]
+    wrapped = state.pose[:, :, 2]
     turns = np.round(np.diff(wrapped, axis=0) / (2.0 * np.pi))
     if not np.any(turns):
         return wrapped
     whole = wrapped.copy()
     whole[1:] -= 2.0 * np.pi * np.cumsum(np.nan_to_num(turns), axis=0)
     return whole
+
+
+def _climb(state):
+    """Return velocities (m, n) [m/s] along the upward axis; zeros of what was on the ground."""
+    there = state.has(OUT_OF_PLANE)
+    return state.out_of_plane[:, :, 0] if there else np.zeros(state.pose.shape[:2])
 
 
 QUANTITIES = (
@@ -67,26 +74,19 @@ QUANTITIES = (
         "Velocity to the left of the heading [m/s]",
         lambda h: h.twist[:, :, 1],
     ),
-    Quantity("z", "$z$", "m", "Height above the ground [m]", lambda h: in_space(h, "z")),
+    Quantity("z", "$z$", "m", "Height above the ground [m]", lambda h: h.heights),
     Quantity(
         "climb",
         r"climb $v_z$",
         "m/s",
         "Velocity along the body's upward axis [m/s]",
-        lambda h: in_space(h, "twist", 0),
+        _climb,
     ),
 )
 ERROR, LATERAL, HEIGHT, CLIMB = 5, 6, 7, 8
 ORDER = (0, 1, HEIGHT, 2, 3, LATERAL, CLIMB, 4, ERROR)  # of the tabs
 OF_AXES = {LATERAL: "linear.y"}  # quantities only of robots commanded along an axis
 OF_SPACE = (HEIGHT, CLIMB)  # what only a team that leaves the ground has
-
-
-def in_space(history, name, *column):
-    """Return part ``name`` of the history's ``Spatial``, (m, n); zeros of what was on the ground."""
-    if history.spatial is None:
-        return np.zeros(history.pose.shape[:2])
-    return getattr(history.spatial, name)[(Ellipsis, *column)]
 
 
 def shown_quantities(axes, in_space=False):

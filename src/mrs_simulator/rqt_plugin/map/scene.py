@@ -20,6 +20,7 @@ from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at, scene_time
 from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
+from mrs_simulator.state.columns import JOINTS, LOAD, REAL, SPATIAL
 
 HINTS = {
     "look": "",
@@ -109,7 +110,7 @@ class MapScene(QWidget):
 
     def show_snapshot(self, snapshot):
         """Show the newest poses of a run; one of another team or an earlier time begins anew."""
-        numbers = tuple(int(number) for number in snapshot.numbers)
+        numbers = tuple(int(number) for number in snapshot.robots)
         poses = np.array(snapshot.pose, dtype=float).reshape(-1, 3)
         changed = numbers != self.team.numbers
         if changed:
@@ -119,11 +120,16 @@ class MapScene(QWidget):
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
         self._recent.add(snapshot.time, poses)
         fresh = np.array(snapshot.fresh, dtype=bool)
-        self.team.place(poses, fresh, snapshot.real, snapshot.spatial)
-        if len(snapshot.real) < len(numbers):  # real robots alone have another time
+        real, spatial = (
+            snapshot.numbers_with(REAL),
+            snapshot.spatial if snapshot.has(SPATIAL) else None,
+        )
+        self.team.place(poses, fresh, real, spatial)
+        if len(real) < len(numbers):  # real robots alone have another time
             self._move_obstacles(scene_time(snapshot.time))
-        self.team.joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
-        self.team.carried = snapshot.load
+        arms = snapshot.has(JOINTS) and snapshot.joints.ndim == 2
+        self.team.joints = snapshot.joints if arms else None
+        self.team.carried = snapshot.load if snapshot.has(LOAD) else None
         self._trails.add(poses[:, :2], self.team.z)
         if changed:
             self.fit(whole=True)

@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, ServiceCalls
 from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
+from mrs_simulator.state.columns import REAL
 
 END_LIMIT = 2.0  # [s] of wall time that the last requests have
 BEGINNINGS = ("reset", "set_team", "start")  # services after which another run begins
@@ -60,7 +61,7 @@ class RosConnection:
     # What was received ---------------------------------------------------------------------------
 
     def snapshot(self):
-        """Return the newest ``Snapshot``: of the stage, else of the robots' odometry; None before."""
+        """Return the newest ``StateTable``: of the stage, else of the robots' odometry; None before."""
         of_stage = self._inbox.snapshot()
         if of_stage is not None and self.is_fresh("state"):
             return of_stage
@@ -71,7 +72,9 @@ class RosConnection:
         """Return ``{(number, name): ReceivedReading}`` of the sensors selected by ``watch_sensors``."""
         snapshot = self.snapshot()
         now = snapshot.time if snapshot is not None and self.is_fresh("state") else None
-        return self._sensors.readings(now, snapshot.real if snapshot is not None else ())
+        return self._sensors.readings(
+            now, snapshot.numbers_with(REAL) if snapshot is not None else ()
+        )
 
     def take_samples(self):
         """Return the snapshots for the curves since the last call, None where a run begins."""

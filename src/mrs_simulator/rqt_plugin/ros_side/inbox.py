@@ -19,8 +19,6 @@ from mrs_simulator.ros.message_forms.messages import (
     read_stage_status,
     read_state,
 )
-from mrs_simulator.rqt_plugin.run.history import Snapshot
-from mrs_simulator.state.columns import LOAD, SPATIAL
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
@@ -113,7 +111,7 @@ class Inbox:
             return time.monotonic() - self._received.get(name, -SILENCE) < SILENCE
 
     def snapshot(self):
-        """Return the ``Snapshot`` of the newest state, None before the first."""
+        """Return the ``StateTable`` of the newest state, None before the first."""
         state, stage, fresh = self.newest("state"), self.newest("stage"), self.is_fresh("state")
         if state is None:
             return None
@@ -170,16 +168,5 @@ class Inbox:
 
 def _from_state(message, fresh, silent=()):
     state = read_state(message)
-    return Snapshot(
-        state.time,
-        state.robots,
-        state.pose,
-        state.twist,
-        state.command,
-        np.array([fresh and number not in silent for number in state.robots], dtype=bool),
-        frozenset(number for number, real in zip(state.robots, state.real) if real),
-        state.axes,
-        state.joints,
-        state.spatial if state.has(SPATIAL) else None,
-        state.load if state.has(LOAD) else None,
-    )
+    known = [fresh and number not in silent for number in state.robots]
+    return state.replace(fresh=np.array(known, dtype=bool))

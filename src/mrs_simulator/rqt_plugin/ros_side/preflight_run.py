@@ -9,6 +9,7 @@ from mrs_simulator.core.fields import shown
 from mrs_simulator.ros.node.node_parameters import NODES, REAL
 from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
 from mrs_simulator.scenario.reading import Section, read_json, reason
+from mrs_simulator.state.columns import REAL as IS_REAL
 
 LIMIT = 120.0  # [s] of wall time for the whole check
 CONTROLLER = "/pioneer_control"
@@ -135,7 +136,7 @@ def real_arguments(connection):
         return []
     snapshot = connection.snapshot()
     # An empty list is passed as well: the parameter outlives the last controller.
-    return ["_real:={}".format(sorted(snapshot.real) if snapshot else [])]
+    return ["_real:={}".format(sorted(snapshot.numbers_with(IS_REAL)) if snapshot else [])]
 
 
 def _shared_arguments(topics):

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, compose
 from mrs_simulator.core.spatial import Spatial, headings, turned
 from mrs_simulator.ros.receive.odometry_inbox import lifted, planar
-from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.state.state_table import StateTable
 
 ROBOT = re.compile(r"^/robot(\d+)/")
 ODOMETRY = "nav_msgs/Odometry"
@@ -47,7 +47,7 @@ class RobotsConnection:
         return list(self._subscribers.values())
 
     def snapshot(self, silence, control=None):
-        """Return the ``Snapshot`` of the robots that publish odometry, None if there is none.
+        """Return the ``StateTable`` of the robots that publish odometry, None if there is none.
 
         One silent for ``silence`` [s] of wall time is stale; ``control``: the controller's status, which
         has the commands.
@@ -60,16 +60,17 @@ class RobotsConnection:
         stamps, poses, twists, lifts, received = zip(*(robots[number] for number in numbers))
         poses = self._in_common_frame(numbers, np.array(poses))
         axes, commands = _commands(numbers, control)
-        return Snapshot(
+        return StateTable(
             # Wall time counts from 1970; a stage's own robots go on with its time.
             max(stamps) if self._simulated else max(stamps) - self._first,
             numbers,
-            poses,
-            np.array(twists),
-            commands,
-            now - np.array(received) < silence,
-            frozenset(numbers) - self._simulated,
-            axes,
+            axes=axes,
+            pose=poses,
+            twist=np.array(twists),
+            command=commands,
+            joints=np.zeros(len(numbers)),
+            fresh=now - np.array(received) < silence,
+            real=np.array([number not in self._simulated for number in numbers]),
             spatial=_spatial(np.array(lifts), poses[:, 2]) if self._in_space else None,
         )
 

@@ -2,44 +2,20 @@
 
 import copy
 from collections import deque
-from typing import FrozenSet, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import UNICYCLE_AXES
-from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.record.run_changes import ControllerRecord
 from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
-from mrs_simulator.state.columns import LoadState
+from mrs_simulator.state.columns import REAL, RECORDED
+from mrs_simulator.state.layout import Layout
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.verdict.estimation import SAME
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is dropped
 FEWEST_SAMPLES = 500
 MOST_COLLISIONS = 10000
-STATE = 7  # [-] columns of a sample before those of the command: pose 3, twist 3, joint
-LOADED = (
-    10  # [-] columns after those of robots that carry a load: force 3, its place 3, orientation 4
-)
-IN_SPACE = 8  # [-] columns after it, of robots that leave the ground: z, orientation 4, twist 3
-
-
-class Snapshot(NamedTuple):
-    """The team at one time; arrays hold one robot per row."""
-
-    time: float  # [s] of the stage; of real robots alone since the first message
-    numbers: Tuple[int, ...]
-    pose: np.ndarray  # (n, 3) [m, m, rad], common frame
-    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robot's frame
-    command: np.ndarray  # (n, a) [m/s, rad/s]
-    fresh: np.ndarray  # (n,) bool, whether there is recent data of the robot
-    real: FrozenSet[int] = frozenset()  # numbers of the robots that are not simulated
-    axes: Tuple[str, ...] = (
-        UNICYCLE_AXES  # the components of Twist that commands have, those of arms last
-    )
-    joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]; (n, 1 + k) of robots with arms
-    spatial: Optional[Spatial] = None  # None for a team on the ground
-    load: Optional[LoadState] = None  # what robots carry together
+EMPTY = {"pose": np.empty((0, 3)), "twist": np.empty((0, 3)), "command": np.empty((0, 2))}
 
 
 class History:
@@ -60,37 +36,30 @@ class History:
         self.applied.begin_run()
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
-        self.axes, self._in_space, self._arm_joints = UNICYCLE_AXES, False, 0
-        self._loaded = False
-        self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
+        self._take(StateTable(**EMPTY))
+        self.begun = None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
         self.incidents = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
         self._lent = False  # whether a frozen copy shares the arrays
-        self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))
+        self._time, self._table = np.empty(0), np.empty((0, 0, self._layout.width))
         self._estimate = None  # (rows, n, 3) once estimates were received, nan where there is none
         self._estimate_log.clear()
 
     def append(self, snapshot):
-        """Add ``snapshot``; another team, or a time that went back, begins anew.
+        """Add ``snapshot``, a ``StateTable``; another team, or a time that went back, begins anew.
 
         Of samples of one time the newest is kept: a command, or the stage's state instead of odometry.
         """
         newest = self._time[self._filled - 1] if self._filled else -np.inf
-        team = snapshot.numbers, snapshot.axes, snapshot.spatial is not None
-        team += (snapshot.load is not None,)
-        if (
-            team != (self.numbers, self.axes, self._in_space, self._loaded)
-            or snapshot.time < newest
-        ):
-            self._begin(
-                *team, np.shape(snapshot.joints)[1] - 1 if np.ndim(snapshot.joints) > 1 else 0
-            )
+        layout = Layout.of_state(snapshot, RECORDED)
+        if (snapshot.robots, layout) != (self.numbers, self._layout) or snapshot.time < newest:
+            self._begin(snapshot)
         if np.any(snapshot.command):
             self.begun = snapshot.time if self.begun is None else self.begun
             self.moved = snapshot.time
-        self.real = snapshot.real
+        self.real = snapshot.numbers_with(REAL)
         if self._filled and snapshot.time == newest:
             self._put(self._filled - 1, snapshot)
             return
@@ -108,31 +77,21 @@ class History:
 
     def _put(self, place, snapshot):
         row = self._table[place]
-        row[:, :3], row[:, 3:6] = snapshot.pose, snapshot.twist
-        if self._arm_joints:
-            row[:, 6], row[:, -self._arm_joints :] = snapshot.joints[:, 0], snapshot.joints[:, 1:]
-        else:
-            row[:, 6] = snapshot.joints
-        end = STATE + len(self.axes)
-        row[:, STATE:end] = snapshot.command
-        if self._in_space:
-            row[:, end], row[:, end + 1 : end + 5] = snapshot.spatial[:2]
-            row[:, end + 5 : end + IN_SPACE] = snapshot.spatial.twist
-        if self._loaded:
-            place, turn, force = snapshot.load
-            block = row[:, self._load_columns]
-            block[:, :3], block[:, 3:6], block[:, 6:] = force, place, turn
+        for name, at in self._places.items():
+            row[:, at] = getattr(snapshot, name)
 
-    def _begin(self, numbers, axes, in_space, loaded, arm_joints=0):
+    def _take(self, snapshot):
+        """Take the team and the columns of ``snapshot``."""
+        self.numbers, self.axes = snapshot.robots, snapshot.axes
+        self._layout = Layout.of_state(snapshot, RECORDED)
+        self._places = self._layout.places()
+
+    def _begin(self, snapshot):
         self.clear()
-        self.numbers, self.axes, self._in_space = numbers, axes, in_space
-        self._arm_joints, self._loaded = arm_joints, loaded
-        begin = STATE + len(axes) + IN_SPACE * in_space
-        self._load_columns = slice(begin, begin + LOADED * loaded)
-        columns = self._load_columns.stop + arm_joints
-        most = max(FEWEST_SAMPLES, MOST_VALUES // (columns * max(1, len(numbers))))
-        self._time = np.empty(min(most, 40000))
-        self._table = np.empty((len(self._time), len(numbers), columns))
+        self._take(snapshot)
+        most = MOST_VALUES // (self._layout.width * max(1, len(self.numbers)))
+        self._time = np.empty(min(max(FEWEST_SAMPLES, most), 40000))
+        self._table = np.empty((len(self._time), len(self.numbers), self._layout.width))
 
     def _thin(self):
         kept = len(self._time[::2])
@@ -203,7 +162,7 @@ class History:
     @property
     def pose(self):
         """Return the poses (m, n, 3) [m, m, rad]."""
-        return self._table[: self._filled, :, :3]
+        return self._table[: self._filled, :, self._places["pose"]]
 
     @property
     def estimate(self):
@@ -211,42 +170,8 @@ class History:
         return None if self._estimate is None else self._estimate[: self._filled]
 
     @property
-    def twist(self):
-        """Return the body twists (m, n, 3) [m/s, m/s, rad/s]."""
-        return self._table[: self._filled, :, 3:6]
-
-    @property
-    def joints(self):
-        """Return the drives' inner joints (m, n) [rad], with those of arms after them (m, n, 1 + k)."""
-        table = self._table[: self._filled]
-        if not self._arm_joints:
-            return table[:, :, 6]
-        return np.concatenate([table[:, :, 6:7], table[:, :, -self._arm_joints :]], axis=2)
-
-    @property
-    def command(self):
-        """Return the commands (m, n, a) [m/s, rad/s], a column for each of ``axes``."""
-        return self._table[: self._filled, :, STATE : STATE + len(self.axes)]
-
-    @property
-    def spatial(self):
-        """Return the ``Spatial`` (m, n, ...) of robots that leave the ground, None of a team on it."""
-        if not self._in_space:
-            return None
-        block = self._table[: self._filled, :, STATE + len(self.axes) :]
-        return Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 5:IN_SPACE])
-
-    @property
-    def load(self):
-        """Return the ``LoadState`` (m, ...) of what the robots carry together, None without a load."""
-        if not self._loaded:
-            return None
-        block = self._table[: self._filled, :, self._load_columns]
-        return LoadState(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
-
-    @property
     def state(self):
-        """Return the ``StateTable`` of all samples."""
-        names = ("pose", "twist", "command", "joints", "spatial", "load", "estimate")
-        columns = {name: getattr(self, name) for name in names}
-        return StateTable(self.time, self.numbers, axes=self.axes, **columns)
+        """Return the ``StateTable`` of all samples, of views."""
+        columns = self._layout.columns_of(self._table[: self._filled])
+        estimate, axes = self.estimate, self.axes
+        return StateTable(self.time, self.numbers, axes=axes, estimate=estimate, **columns)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.record.recording import write_facts
+from mrs_simulator.state.columns import Z
 from mrs_simulator.study.results.report import begin_run
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
@@ -26,17 +27,17 @@ def estimated(run):
 
 def write_run(run, scenario, directory, meta, report):
     """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
-    when, heights = run.time, run.spatial
+    when, states = run.time, run.state
     truth = run.estimate if meta.get("truth_unknown") else run.pose
     scenario = _for_robots(scenario, run.numbers)
     scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=truth[0])
-    if heights is not None:
-        scenario = scenario._replace(altitude=heights.z[0])
+    if states.has(Z):
+        scenario = scenario._replace(altitude=states.z[0])
     team = team_of(scenario)
     l, hundredth = scenario.hand_length, max(1, len(when) // 100)
-    states = run.state.replace(time=when - when[0], pose=truth)
+    states = states.replace(time=when - when[0], pose=truth)
     if run.axes != team.axes:
-        commands = [on_axes(each, run.axes, team.axes) for each in run.command]
+        commands = [on_axes(each, run.axes, team.axes) for each in states.command]
         states = states.replace(axes=team.axes, command=np.array(commands))
     layout = team.layout(team.recorded(states.at(0), l).has)
     with begin_run(scenario, directory, run.numbers, layout=layout) as file:

@@ -1,5 +1,7 @@
 """Status texts and enabled actions, without Qt and ROS."""
 
+from mrs_simulator.state.columns import REAL
+
 EMERGENCY = "emergency stop"  # the controller's text for it
 RELEASED = "the emergency stop was released"
 NO_MASTER = "no ROS master"
@@ -48,7 +50,7 @@ class StudyState:
     def real(self):
         """Return the numbers of the real robots."""
         snapshot = self.connection.snapshot()
-        return frozenset() if snapshot is None else snapshot.real
+        return frozenset() if snapshot is None else snapshot.numbers_with(REAL)
 
     def real_alone(self):
         """Return whether there are real robots, and no simulation about them."""
@@ -105,7 +107,8 @@ class StudyState:
         snapshot = self.connection.snapshot()
         if snapshot is None:
             return None, "no robots"
-        n, real, stale = len(snapshot.numbers), len(snapshot.real), len(self._stale(snapshot))
+        n, real = len(snapshot.robots), len(snapshot.numbers_with(REAL))
+        stale = len(self._stale(snapshot))
         text = "{} robot{}".format(n, "" if n == 1 else "s")
         if real:
             simulated = "{} simulated, ".format(n - real) if n > real else ""
@@ -114,7 +117,7 @@ class StudyState:
 
     @staticmethod
     def _stale(snapshot):
-        return [n for n, fresh in zip(snapshot.numbers, snapshot.fresh) if not fresh]
+        return [n for n, fresh in zip(snapshot.robots, snapshot.fresh) if not fresh]
 
     def _time(self, stage, alive):
         snapshot = self.connection.snapshot()
@@ -124,7 +127,7 @@ class StudyState:
         if not alive:
             return None, text
         text += ", {:.1f} \u00d7 real time".format(stage.real_time_factor)
-        if snapshot.real and stage.speed != 1.0:
+        if snapshot.numbers_with(REAL) and stage.speed != 1.0:
             return False, text + ", but real robots run at 1 \u00d7"
         return True, text
 
@@ -206,7 +209,7 @@ class StudyState:
             return ""
         topics = self.connection.odometry_topics()
         other = [t for n, t in sorted(topics.items()) if t != USUAL_TOPIC.format(n)]
-        if not snapshot.real or not other:
+        if not snapshot.numbers_with(REAL) or not other:
             return ""
         return (
             "odometry on {}: start the controller with the launch file that sets this topic".format(
@@ -234,9 +237,7 @@ class StudyState:
 
     def poses_locked(self, n):
         """Return why the robots of a scenario of ``n`` cannot be dragged now, or ""."""
-        running = (
-            len(self.connection.snapshot().numbers) if self.connection.is_fresh("state") else n
-        )
+        running = len(self.connection.snapshot().robots) if self.connection.is_fresh("state") else n
         if running != n and not self.processes.is_running("stage"):
             return "{} robots run, the scenario has {}: attach to the simulation first".format(
                 running, n

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.rqt_plugin.sensing.texts import degrees, number
+from mrs_simulator.state.columns import Z
 
 
 class StatusRow(NamedTuple):
@@ -31,12 +32,12 @@ def parts_of(robot, parts):
 def status_rows(robot, snapshot, stage, control):
     """Return the ``StatusRow``s on motion and control of the robot ``robot``, a number.
 
-    ``snapshot``: the newest ``Snapshot``; ``stage``, ``control``: their newest statuses; None for what
+    ``snapshot``: the newest ``StateTable``; ``stage``, ``control``: their newest statuses; None for what
     was not received.
     """
     rows = []
-    if snapshot is not None and robot in snapshot.numbers:
-        row = snapshot.numbers.index(robot)
+    if snapshot is not None and robot in snapshot.robots:
+        row = snapshot.robots.index(robot)
         fresh = bool(snapshot.fresh[row])
         rows.append(StatusRow("motion", _motion(snapshot, row), "good" if fresh else "stale"))
     if stage is not None and robot in stage.real_silent:
@@ -57,8 +58,8 @@ def _motion(snapshot, row):
         "v = {}".format(number(along if not across else np.hypot(along, across), 2, " m/s")),
         "\u03c9 = {}".format(number(turn, 2, " rad/s")),
     ]
-    if snapshot.spatial is not None:
-        texts.insert(1, "z = {}".format(number(snapshot.spatial.z[row], 2, " m")))
+    if snapshot.has(Z):
+        texts.insert(1, "z = {}".format(number(snapshot.z[row], 2, " m")))
     return ", ".join(texts)
 
 

@@ -31,7 +31,7 @@ KINDS = ("pioneer3dx", "robotino3", "turtlebot3_burger")
 SAME = 1e-9  # [m, rad] by which poses at the same time may differ
 WITH_ARMS = {"carrying"}  # laws of robots that carry a load
 ANYBODY = {name: home for name, home in sorted(HOMES.items()) if name not in WITH_ARMS}
-FAMILIES = sorted({home.partition(":")[0]: name for name, home in ANYBODY.items()}.values())
+FAMILIES = sorted({module: name for name, (module, _) in ANYBODY.items()}.values())
 
 
 def mixed(name, kinds=KINDS, duration=None):

@@ -54,7 +54,7 @@ class Spread(NamedTuple):
 
 SPREADS = {  # of kinds that do not say
     "kinematic": Spread(0.01, 0.05, 0.001),
-    "dynamic": Spread(0.03, 0.1, 0.005),
+    "dynamic": Spread(0.03, 0.2, 0.005),
 }
 
 

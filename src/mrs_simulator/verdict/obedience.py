@@ -24,7 +24,7 @@ WINDOW = 5.0  # [s] in which a robot is looked at, besides the whole run
 FEWEST = 20  # [-] samples of a window
 SURE = 3.0  # [-] standard errors
 # [-] of gains, [s] of dead times, [m/s] of biases: with a wider bound a window does not tell of them.
-TELLING = (0.8, 0.5, 0.05)
+TELLING = (0.8, 0.5, 0.1)
 RESOLVED = 0.2  # [-] of the declared bias: by how much velocities are uncertain at least
 ROUGH = 0.5  # [-] of the change of commands from sample to sample, which slip and samples blur
 HARSH = 1.0  # [m/s^2] of a change of commands, beyond which a sample tells nothing: wheels spin

@@ -4,6 +4,7 @@ A verdict that passes says something only if a wrong law would have failed.
 """
 
 import argparse
+import contextlib
 import sys
 import time
 from typing import Any, Dict, List, NamedTuple
@@ -26,6 +27,7 @@ from mrs_simulator.study.check.check_protocol_text import (
     claim_counts,
     report_text,
 )
+from mrs_simulator.study.check.claim_mistakes import confirmed, mistaken
 from mrs_simulator.study.check.mutants import Mutated, mutants_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import judged
@@ -45,6 +47,8 @@ MODES = {
 }
 LOW_LIMITS = Limits(0.4, 2.0, np.inf, np.inf)  # of LIMITED: low, so that they matter
 FIELD, APART = 8.0, 1.5  # [m] of the random starts: side of the square, least distance
+RAISED = "the law raised"
+SAME = 1e-6  # [m] by which an edit that matters moves a robot at least
 MOST_MUTATED = 2  # settings in which mistakes are put in, each on a graph of its own
 
 
@@ -102,7 +106,9 @@ class Report(NamedTuple):
     """What :func:`check_protocol` found; ``str`` of it is a page of text.
 
     ``trials``: of the law as it is; ``caught``: by mutant's name the names of the checks that failed,
-    ``None`` where the mistake changed nothing; ``refused``: settings that the law refused, and why.
+    ``None`` where the mistake changed nothing; ``slight``: those mutants that claims of ends and rates may
+    well not notice; ``refused``: settings that the law refused, and why; ``confirmed``: by claim's name the
+    check that did not fail though the claim's own number was wrong.
     """
 
     name: str
@@ -110,6 +116,8 @@ class Report(NamedTuple):
     caught: Dict[str, Any]
     refused: Dict[str, str]
     seconds: float
+    slight: Any = frozenset()
+    confirmed: Dict[str, Any] = {}
 
     @property
     def failed(self):
@@ -119,7 +127,16 @@ class Report(NamedTuple):
 
     @property
     def survivors(self):
-        """Return the mistakes that no verdict noticed, by name."""
+        """Return the mistakes that no verdict noticed, by name, but for slight ones."""
+        return [name for name in self._unnoticed if name not in self.slight]
+
+    @property
+    def slight_survivors(self):
+        """Return the slight mistakes that no verdict noticed, by name."""
+        return [name for name in self._unnoticed if name in self.slight]
+
+    @property
+    def _unnoticed(self):
         return [name for name, checks in self.caught.items() if checks is not None and not checks]
 
     @property
@@ -186,8 +203,10 @@ def check_protocol(
         raise ValueError(
             "{} refuses every setting: {}".format(law.__name__, next(iter(refused.values())))
         )
-    caught = _caught(law, content, trials)
-    return Report(law.__name__, trials, caught, refused, time.monotonic() - begun)
+    caught, slight = _caught(law, content, trials)
+    wrong = _confirmed(law, content, trials)
+    seconds = time.monotonic() - begun
+    return Report(law.__name__, trials, caught, refused, seconds, slight, wrong)
 
 
 def assert_protocol(protocol, **options):
@@ -229,6 +248,11 @@ def _scenario(content, setting):
 
 def _trial(law, content, setting, mutant=None):
     """Return the ``Trial`` of ``law`` in ``setting``, with ``mutant`` in it, judged by its own claims."""
+    return _tried(law, content, setting, mutant)[0]
+
+
+def _tried(law, content, setting, mutant=None):
+    """Return the ``Trial``, its ``Run`` and the control that made the claims."""
     scenario = _scenario(content, setting)
     experiment, judge = Experiment(scenario, law), Experiment(scenario, law).control
     if setting.mode == LIMITED:
@@ -236,10 +260,11 @@ def _trial(law, content, setting, mutant=None):
             control.set_team(Team.from_scenario(scenario, LOW_LIMITS))
     if mutant is not None and mutant.parameters:
         experiment.control.set_parameters(mutant.parameters)
-    if mutant is not None and mutant.change:
+    if mutant is not None and (mutant.change or mutant.late):
         experiment.control = Mutated(experiment.control, mutant)
-    run = _run(experiment)
-    return Trial(setting, judged(run, judge)[0], run.hand)
+    with mutant.edit.made() if mutant is not None and mutant.edit else contextlib.nullcontext():
+        run = _run(experiment)
+    return Trial(setting, judged(run, judge)[0], run.hand), run, judge
 
 
 def _run(experiment):
@@ -262,18 +287,45 @@ def _run(experiment):
 
 
 def _caught(law, content, trials):
-    """Return by mutant the checks that failed for it, in settings where the law as it is passed."""
+    """Return by mutant the checks that failed for it, where the law as it is passed; and which are slight.
+
+    A mistake in the source that one setting noticed is not put in again.
+    """
     passed = [t for t in trials if t.setting.mode == POINTS and t.judged and not t.failures()]
     chosen = {trial.setting.graph: trial for trial in passed}  # the last: the largest team
-    caught = {}
+    caught, slight = {}, set()
     for trial in list(chosen.values())[:MOST_MUTATED]:
         control = Experiment(_scenario(content, trial.setting), law).control
         for mutant in mutants_of(control):
-            other = _trial(law, content, trial.setting, mutant)
-            same = other.hand.shape == trial.hand.shape and np.array_equal(other.hand, trial.hand)
-            found = None if same else other.failures()
+            if mutant.edit and caught.get(mutant.name):
+                continue
+            found = _noticed(law, content, trial, mutant)
             caught[mutant.name] = _joined(caught.get(mutant.name), found)
-    return caught
+            slight |= {mutant.name} if mutant.slight else set()
+    return caught, slight
+
+
+def _noticed(law, content, trial, mutant):
+    """Return the checks by name that fail for ``mutant``; None where it changes nothing."""
+    try:
+        other = _trial(law, content, trial.setting, mutant)
+    except ValueError:
+        return [RAISED]
+    least = SAME if mutant.edit else 0.0
+    same = other.hand.shape == trial.hand.shape and np.abs(other.hand - trial.hand).max() <= least
+    return None if same else other.failures()
+
+
+def _confirmed(law, content, trials):
+    """Return the checks by claim's name that do not fail though the claim's own number is wrong."""
+    found = {}
+    for mode in (POINTS, WHEELS):
+        passed = [t for t in trials if t.setting.mode == mode and t.judged and not t.failures()]
+        for trial in passed[:1]:
+            right, run, judge = _tried(law, content, trial.setting)
+            wrong = [judged(run, mistaken(judge, sign))[0] for sign in (1.0, -1.0)]
+            found.update(confirmed(right.verdict, wrong))
+    return found
 
 
 def _joined(before, found):

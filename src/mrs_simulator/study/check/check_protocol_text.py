@@ -16,7 +16,8 @@ def report_text(report):
             report.name, len(report.trials), len(report.caught), report.seconds
         )
     ]
-    lines += _as_it_is(report) + _claims(report) + _mistakes(report) + ["", _last_word(report)]
+    lines += _as_it_is(report) + _claims(report) + _mistakes(report) + _false_claims(report)
+    lines += ["", _last_word(report)]
     return "\n".join(lines)
 
 
@@ -101,12 +102,25 @@ def _mistakes(report):
         if checks is None:
             said = "(changes nothing in these runs)"
         else:
-            said = ", ".join(checks) or "NOTHING NOTICED IT"
+            slight = "nothing noticed it" if name in report.slight else "NOTHING NOTICED IT"
+            said = ", ".join(checks) or slight
         lines.append("  {:{}}  {}".format(name, width, said))
     for name in report.blind:
         lines.append(
             "  never failed: {!r} could not tell any of these from the right law".format(name)
         )
+    return lines
+
+
+def _false_claims(report):
+    """Return lines on claims whose own numbers may be wrong without any verdict that fails."""
+    if not report.confirmed:
+        return []
+    lines = ["", "Claims that do not fail with a wrong number (rates and times 3 % off, others by"]
+    lines.append("three of their tolerances): state a tighter tolerance, or a longer duration:")
+    for name, check in report.confirmed.items():
+        outcome = "passed" if check["passed"] else "not judged"
+        lines.append("  {}: {} with {:.4g}".format(name, outcome, check["predicted"]))
     return lines
 
 
@@ -130,6 +144,13 @@ def _last_word(report):
             "NOT OK: a law with {} would pass too. Add a claim that such a law breaks: the largest "
             "distance from the exact solution, a rate, an invariant.".format(
                 " or with ".join(repr(name) for name in report.survivors)
+            )
+        )
+    if report.slight_survivors:
+        return (
+            "OK, but its claims do not tell the law from one with {}: state the law a second time "
+            "(published), and every command is compared with it.".format(
+                " or with ".join(repr(name) for name in report.slight_survivors)
             )
         )
     return "OK: the law does what it claims, and every mistake that was put in was noticed."

@@ -35,6 +35,7 @@ from mrs_simulator.verdict.verdict import (
 )
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
+PROVENANCE_FILE = "provenance.json"
 CERTIFICATES, VIEW = "certificates", "view"
 RUN_ENDINGS = (".csv", ".bag")
 VIDEOS = ("run.mp4", "run.gif")
@@ -56,13 +57,17 @@ def begin_run(scenario, out, robots=None, tell=None, layout=None, kept=0, memory
     options = {"layout": layout, "kept": kept, "memory": memory}
     recorder = Recorder(path, robots, scenario.hand_length, tell, **options)
     for name in os.listdir(out):
-        stem, _, kind = name.partition(".")
-        drawn = stem in (*FIGURES, VIEW) and kind in ("png", "pdf", "svg")
-        readings = stem.startswith(FILE.partition("{}")[0]) and kind == "csv"
-        if name == VERDICT_FILE or drawn or readings or name in VIDEOS:
+        if name in (VERDICT_FILE, PROVENANCE_FILE) or is_result(name) or name in VIDEOS:
             os.remove(os.path.join(out, name))
     write_scenario(scenario, out)
     return recorder
+
+
+def is_result(name):
+    """Return whether a file called ``name`` is a figure of a run, or readings of its sensors."""
+    stem, _, kind = name.partition(".")
+    drawn = stem in (*FIGURES, VIEW) and kind in ("png", "pdf", "svg")
+    return drawn or (stem.startswith(FILE.partition("{}")[0]) and kind == "csv")
 
 
 def write_scenario(scenario, out):

@@ -24,6 +24,7 @@ from mrs_simulator.sensors.pose_filter.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw.figure_process import drawing
+from mrs_simulator.study.results.provenance import write_provenance
 from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
 from mrs_simulator.study.run.sensor_sizes import with_sizes
@@ -315,6 +316,7 @@ def run_experiment(
     if closest is not None and closest < run.meta["closest_approach"]:
         meta = dict(run.meta, closest_approach=closest)
         write_facts(os.path.join(out, RUN_FILE), run.collisions, meta)
+    write_provenance(run.scenario, out, look)
     return verdict
 
 

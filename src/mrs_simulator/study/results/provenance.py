@@ -1,0 +1,103 @@
+"""How the files of a run were made: ``provenance.json`` beside ``run.json``."""
+
+import hashlib
+import json
+import os
+import platform
+import sys
+
+import mrs_simulator
+from mrs_simulator.core.writing import write_text
+from mrs_simulator.scenario.reading import read_json
+from mrs_simulator.scenario.surroundings.maps import files_of_map
+from mrs_simulator.study.draw.style import Look
+from mrs_simulator.study.results.report import PROVENANCE_FILE, RUN_FILE, is_result
+from mrs_simulator.study.run.run_keys import law_files
+from mrs_simulator.vehicles.registry import files_of_kinds
+from mrs_simulator.verdict.verdict import versions
+
+CHUNK = 1 << 20  # [bytes] of a file in memory
+KEYS = ("command", "versions", "commit", "processor", "seed", "look", "inputs", "outputs")
+PACKAGE = os.path.dirname(os.path.abspath(mrs_simulator.__file__))
+
+
+def provenance(scenario, out, look):
+    """Return how the run of ``scenario`` in the directory ``out`` was made, a plain mapping.
+
+    ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
+    of a clone; ``processor``; ``seed``; ``look``: width [in] and style of the figures; ``inputs`` and
+    ``outputs``: SHA-256 by file, the outputs without those that tell wall times
+    (``run.json``, ``verdict.json``).
+    """
+    files = law_files(scenario.control.protocol, scenario.path)
+    files += files_of_kinds(scenario)[0] + (files_of_map(scenario) if scenario.map else [])
+    inputs = {path: digest(path) for path in sorted(set(files))}
+    inputs["scenario.yaml"] = digest(os.path.join(out, "scenario.yaml"))
+    made = sorted(name for name in os.listdir(out) if name == RUN_FILE or is_result(name))
+    return {
+        "command": " ".join([os.path.basename(sys.argv[0]), *sys.argv[1:]]),
+        "versions": versions(),
+        "commit": commit(),
+        "processor": processor(),
+        "seed": scenario.seed,
+        "look": {"width": look.width, "style": {k: str(v) for k, v in look.style.items()}},
+        "inputs": inputs,
+        "outputs": {name: digest(os.path.join(out, name)) for name in made},
+    }
+
+
+def write_provenance(scenario, out, look=None):
+    """Write ``provenance.json`` to the directory ``out``, whose other files are complete."""
+    text = json.dumps(provenance(scenario, out, look or Look()), indent=2)
+    write_text(os.path.join(out, PROVENANCE_FILE), text + "\n")
+
+
+def read_provenance(out):
+    """Return what :func:`write_provenance` wrote to ``out``; ``ValueError`` where it is none."""
+    path = os.path.join(out, PROVENANCE_FILE)
+    found = read_json(path)
+    missing = [key for key in KEYS if not isinstance(found, dict) or key not in found]
+    if missing:
+        raise ValueError("{}: no {}, wanted what a run writes".format(path, missing[0]))
+    for key in ("versions", "look", "inputs", "outputs"):
+        if not isinstance(found[key], dict):
+            raise ValueError("{}: {} is no mapping".format(path, key))
+    return found
+
+
+def digest(path):
+    """Return the SHA-256 of the file at ``path``, "" where there is none."""
+    content = hashlib.sha256()
+    try:
+        with open(path, "rb") as file:
+            for part in iter(lambda: file.read(CHUNK), b""):
+                content.update(part)
+    except OSError:
+        return ""
+    return content.hexdigest()
+
+
+def commit():
+    """Return the commit that is checked out where this package lies in a clone, else ""."""
+    root = os.path.dirname(os.path.dirname(os.path.realpath(PACKAGE)))
+    try:
+        with open(os.path.join(root, ".git", "HEAD")) as file:
+            head = file.read().strip()
+        if not head.startswith("ref: "):
+            return head
+        with open(os.path.join(root, ".git", *head[5:].split("/"))) as file:
+            return file.read().strip()
+    except OSError:  # a wheel, a worktree, or packed references
+        return ""
+
+
+def processor():
+    """Return the processor's name, which decides on last bits."""
+    try:
+        with open("/proc/cpuinfo") as file:
+            names = [
+                line.partition(":")[2].strip() for line in file if line.startswith("model name")
+            ]
+    except OSError:
+        names = []
+    return names[0] if names else platform.processor() or platform.machine()

@@ -1,0 +1,89 @@
+import json
+import shutil
+
+import pytest
+
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.draw.style import look
+from mrs_simulator.study.results.provenance import read_provenance
+from mrs_simulator.study.results.reproduce import main
+from mrs_simulator.study.run.experiment import run_experiment
+
+LAW = """
+from helper import GAIN
+from mrs_simulator import PioneerControl
+
+
+class Home(PioneerControl):
+    def pointMassLaw(self, hand):
+        return -GAIN * hand
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "helper.py").write_text("GAIN = 0.5\n")
+    (folder / "law.py").write_text(LAW)
+    scenario = load_scenario(scenario_path("paper_four"))._replace(
+        duration=0.5, path=str(folder / "a.yaml")
+    )
+    scenario = scenario.with_protocol("law.py:Home")
+    run_experiment(scenario, str(folder / "run"), formats=("png",), look=look("column"))
+    return folder
+
+
+@pytest.fixture
+def run(made, tmp_path):
+    shutil.copytree(str(made), str(tmp_path / "copy"))
+    yield tmp_path / "copy" / "run"
+    (made / "helper.py").write_text("GAIN = 0.5\n")
+
+
+def reproduced(path, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main([str(path)])
+    said = capsys.readouterr()
+    return caught.value.code, said.out + said.err
+
+
+def test_a_run_says_how_it_was_made(made):
+    found = read_provenance(str(made / "run"))
+    assert {path.rpartition("/")[2] for path in found["inputs"]} == {
+        "law.py",
+        "helper.py",
+        "scenario.yaml",
+    }
+    assert {"run.csv", "trajectories.png"} <= set(found["outputs"])
+    assert not {"verdict.json", "run.json"} & set(found["outputs"])
+    assert found["look"]["width"] == 3.5 and found["seed"] == 0
+    assert found["versions"]["numpy"] and found["processor"]
+
+
+def test_the_same_bytes_are_made_again(run, capsys):
+    code, said = reproduced(run / "trajectories.png", capsys)
+    assert code == 0 and said == "trajectories.png: the same bytes\n"
+
+
+def test_what_has_changed_is_named(made, run, capsys):
+    (made / "helper.py").write_text("GAIN = 0.6\n")
+    code, said = reproduced(run / "run.csv", capsys)
+    assert code == 1 and "run.csv: other bytes\n" in said
+    assert "changed: {} is another".format(made / "helper.py") in said and "law.py" not in said
+
+
+def test_an_edited_file_is_told_from_one_made_otherwise(run, capsys):
+    (run / "run.csv").write_text("edited")
+    code, said = reproduced(run / "run.csv", capsys)
+    assert code == 0 and "the same bytes, and the file was changed since it was made" in said
+
+
+def test_what_no_run_made_is_refused(run, tmp_path, capsys):
+    code, said = reproduced(run / "photo.png", capsys)
+    assert code == 2 and "not among what the run made" in said
+    code, said = reproduced(tmp_path, capsys)
+    assert code == 2 and "provenance.json" in said
+    (run / "provenance.json").write_text(json.dumps({"command": ""}))
+    code, said = reproduced(run, capsys)
+    assert code == 2 and "no versions" in said

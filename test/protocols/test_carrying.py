@@ -209,7 +209,7 @@ def test_an_arm_at_its_end_is_told_and_nothing_breaks():
 def test_what_no_load_can_be_is_refused():
     for change, words in (
         ({"mass": 0.0}, "load.mass: 0.0, wanted"),
-        ({"size": [1.0, 0.0, 1.0]}, "wanted three sides above 0"),
+        ({"size": [1.0, 0.0, 1.0]}, "wanted a number above 0"),
         ({"grasps": [[0.0, 0.0, 0.0]]}, "for each of 3 robots"),
         ({"grasps": [[0.0, y, 0.0] for y in (0.0, 1.0, 2.0)]}, "not on a line"),
         ({"grips": 2.0}, "grips"),

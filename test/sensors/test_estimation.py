@@ -282,7 +282,7 @@ def test_estimates_are_read_and_refused():
     again = scenario_from_dict(dict(base, **{"estimates": scenario.to_dict()["estimates"]}))
     assert again.estimates == scenario.estimates
     for wrong, said in (
-        ({"ekf": "gps"}, "estimates.ekf: 'gps', wanted names"),
+        ({"ekf": "gps"}, "estimates.ekf: 'gps', wanted a list of different names"),
         ({"ekf": [], "beta": 1}, "unknown 'beta'"),
         ({"ekf": [], "alpha": [-1, 0, 0, 0, 0, 0]}, r"alpha\[0\]"),
     ):

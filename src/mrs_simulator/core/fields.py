@@ -61,7 +61,7 @@ class Field(NamedTuple):
         if self.kind == PATTERN:
             return "one {} for the robot's number"
         if self.kind == NAMES:
-            return "a list of names"
+            return "a list of different names"
         name = {
             EACH: NUMBER,
             NUMBERS: "a list of {} numbers".format(" or ".join(map(str, self.sizes))),
@@ -110,18 +110,13 @@ class Field(NamedTuple):
             return numbers if fits and None not in numbers else None
         if kind in (NUMBER, EACH):
             return self._number(value)
-        if kind == NAMES:
-            return self._names(value)
+        if kind == NAMES and isinstance(value, (list, tuple)):
+            fits = all(isinstance(name, str) for name in value) and len(set(value)) == len(value)
+            return tuple(value) if fits else None
         wanted = {WHOLE: int, FLAG: bool, TEXT: str, PATTERN: str}.get(kind)
         fits = type(value) is wanted and (kind != WHOLE or self._in_range(value))
         fits = fits and not (kind == TEXT and self.choices)
         return value if fits and (kind != PATTERN or value.count("{}") == 1) else None
-
-    @staticmethod
-    def _names(value):
-        names = [value] if isinstance(value, str) else value
-        fits = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
-        return tuple(names) if fits and len(set(names)) == len(names) else None
 
     def _number(self, value):
         if not isinstance(value, (int, float)) or isinstance(value, bool):

@@ -125,7 +125,7 @@ KEYS = (
     ),
     Field(
         "odometry_errors",
-        read=lambda top, others: read_odometry_errors(top),
+        read=read_odometry_errors,
         rule="those built in",
         meaning="of `odometry: wheel`: unequal wheels, a wrong track, motion noise "
         "([sensors](sensors.md#odometry))",
@@ -149,7 +149,7 @@ KEYS = (
     Field(
         "mismatch",
         NO_MISMATCH,
-        read=lambda top, others: read_mismatch(top.take("mismatch", {}), top.at("mismatch"), top.n),
+        read=read_mismatch,
         rule="none",
         meaning="how robots differ from their data sheet: `{delay: 0.1, speed: 0.97, track: 1.05}` obeys "
         "commands 0.1 s late, with wheels and track so many times as large; one value, or a list with one "
@@ -157,15 +157,13 @@ KEYS = (
     ),
     Field(
         "load",
-        read=lambda top, others: read_load(top, top.n),
+        read=read_load,
         meaning="what robots with arms [carry together](manipulators.md#carrying-together)",
     ),
     Field(
         "environment",
         CALM,
-        read=lambda top, others: read_environment(
-            top.take("environment", {}), top.at("environment")
-        ),
+        read=read_environment,
         rule="calm",
         meaning="[current, wind and waves](#current-wind-and-waves), which move "
         "[vessels](kinds.md#what-a-drive-makes-of-a-command) and, as wind, quadrotors",
@@ -184,7 +182,7 @@ KEYS = (
     ),
     Field(
         "estimates",
-        read=lambda top, others: read_estimates(top),
+        read=read_estimates,
         meaning="where the poses come from that the control knows: `odometry`, a sensor of poses, or a "
         "Kalman filter, `{ekf: [gps, imu]}`: [sensors.md](sensors.md#estimated-poses)",
     ),

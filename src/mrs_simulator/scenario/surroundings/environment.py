@@ -6,6 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import NUMBERS, POSITIVE, Field
 from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 
 FASTEST_CURRENT, FASTEST_WIND = 20.0, 100.0  # [m/s] that a scenario may have
@@ -44,21 +45,39 @@ class Disturbances(NamedTuple):
     )  # (m, 2) [m], aside and about the vertical, standard deviation ``wave_height``
 
 
+def _velocity(name, fastest):
+    """Return the declaration of a velocity (x, y) [m/s] that is no faster than ``fastest`` [m/s]."""
+    field = Field(name, (0.0, 0.0), "m/s", type=NUMBERS, sizes=(2,))
+
+    def read(section, others):
+        value = section.field(field)
+        if math.hypot(*value) > fastest:
+            text = "{}: {}, wanted at most {:g} m/s"
+            raise ScenarioError(text.format(section.at(name), shown(list(value)), fastest))
+        return value
+
+    return field._replace(read=read)
+
+
+CURRENT = (_velocity("current", FASTEST_CURRENT),)
+WIND = (
+    _velocity("velocity", FASTEST_WIND),
+    Field("gusts", 0.0, "m/s", low=0.0, high=FASTEST_WIND),
+    Field("time", CALM.gust_time, "s", **POSITIVE),
+)
+WAVES = (
+    Field("height", 0.0, "m", low=0.0, high=HIGHEST_WAVES),
+    Field("period", CALM.wave_period, "s", **POSITIVE),
+)
+
+
 @explained_by("docs/scenarios.md#current-wind-and-waves")
-def read_environment(content, where):
-    """Return the ``Environment`` in the mapping ``content``; ``ScenarioError`` if it is none."""
-    top = Section(content, where)
+def read_environment(top, others):
+    """Return the ``Environment`` under ``environment`` of ``top``; ``ScenarioError`` if it is none."""
+    top = Section(top.take("environment", {}), top.at("environment"))
     wind, waves = (Section(top.take(key, {}), top.at(key)) for key in ("wind", "waves"))
-    environment = Environment(
-        current=_velocity(top, "current", FASTEST_CURRENT),
-        wind=_velocity(wind, "velocity", FASTEST_WIND),
-        gusts=wind.number("gusts", 0.0, low=0.0, high=FASTEST_WIND),
-        gust_time=wind.number("time", CALM.gust_time, above=0.0),
-        wave_height=waves.number("height", 0.0, low=0.0, high=HIGHEST_WAVES),
-        wave_period=waves.number("period", CALM.wave_period, above=0.0),
-    )
-    for each in (wind, waves, top):
-        each.done()
+    parts = zip((top, wind, waves), (CURRENT, WIND, WAVES))
+    environment = Environment(*(v for part, keys in parts for v in part.values(keys).values()))
     if environment.gusts and environment.wind == (0.0, 0.0):
         raise ScenarioError(
             "{}: {:g} m/s without wind, whose direction they have; wanted {}, or 0".format(
@@ -66,15 +85,3 @@ def read_environment(content, where):
             )
         )
     return environment
-
-
-def _velocity(section, key, fastest):
-    if not section.has(key):
-        section.take(key, None)
-        return 0.0, 0.0
-    value = tuple(section.numbers(key, 2))
-    if math.hypot(*value) > fastest:
-        raise ScenarioError(
-            "{}: {}, wanted at most {:g} m/s".format(section.at(key), shown(list(value)), fastest)
-        )
-    return value

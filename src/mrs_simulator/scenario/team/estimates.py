@@ -3,8 +3,9 @@
 from typing import NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
-from mrs_simulator.scenario.team.odometry_errors import read_alpha
+from mrs_simulator.core.fields import NAMES, REQUIRED, Field
+from mrs_simulator.scenario.reading import Section
+from mrs_simulator.scenario.team import odometry_errors
 
 ODOMETRY, EKF = "odometry", "ekf"
 ALPHA = (
@@ -15,6 +16,13 @@ ALPHA = (
     0.001,
     0.001,
 )  # of the velocity motion model, by default
+
+
+# Without ``alpha`` the noise is the scenario's.
+FILTER = (
+    Field(EKF, type=NAMES, rule=REQUIRED),
+    odometry_errors.ALPHA._replace(default=None),
+)
 
 
 class Estimates(NamedTuple):
@@ -42,7 +50,7 @@ class Estimates(NamedTuple):
 
 
 @explained_by("docs/sensors.md#estimated-poses")
-def read_estimates(top):
+def read_estimates(top, others):
     """Return the ``Estimates`` under ``estimates``, None without it."""
     given = top.take("estimates")
     if given is None:
@@ -50,11 +58,5 @@ def read_estimates(top):
     where = top.at("estimates")
     if isinstance(given, str):
         return Estimates(given, (), None)
-    section = Section(given, where)
-    names = section.take(EKF)
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        text = "{}: {}, wanted names of sensors, such as [gps, imu]"
-        raise ScenarioError(text.format(section.at(EKF), shown(names)))
-    estimates = Estimates(EKF, tuple(names), read_alpha(section))
-    section.done()
-    return estimates
+    values = Section(given, where).values(FILTER)
+    return Estimates(EKF, values[EKF], values["alpha"])

@@ -3,10 +3,23 @@
 import math
 from typing import NamedTuple
 
+from mrs_simulator.core.fields import POSITIVE, REQUIRED, TEXT, Field
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.scenario.reading import Section
 
 LIMIT_PRESETS = ("firmware", "top", "none")
+
+
+V_MAX = Field("v_max", math.inf, "m/s", **POSITIVE)
+OMEGA_MAX = Field("omega_max", math.inf, "rad/s", **POSITIVE)
+LOWERED = (Field("preset", choices=LIMIT_PRESETS[:2], type=TEXT, rule=REQUIRED), V_MAX, OMEGA_MAX)
+OWN = (
+    V_MAX._replace(rule=REQUIRED),
+    OMEGA_MAX._replace(rule=REQUIRED),
+    # A ramp left out is none: the robot answers at once.
+    V_MAX._replace(name="v_accel", unit="m/s^2"),
+    OMEGA_MAX._replace(name="omega_accel", unit="rad/s^2"),
+)
 
 
 class LoweredLimits(NamedTuple):
@@ -25,29 +38,9 @@ def read_limits(top):
         return None if preset == "none" else preset
     section = Section(given, top.at("limits"))
     if section.has("preset"):
-        return _read_lowered(section)
+        return LoweredLimits(**section.values(LOWERED))
     section.take("preset")
-    top_speeds = [section.number(name, above=0.0) for name in ("v_max", "omega_max")]
-    # A ramp left out is none: the robot answers at once.
-    ramps = [
-        section.number(name, above=0.0) if section.has(name) else section.take(name, math.inf)
-        for name in ("v_accel", "omega_accel")
-    ]
-    section.done()
-    return Limits(*top_speeds, *ramps)
-
-
-def _read_lowered(section):
-    preset = section.text("preset", choices=LIMIT_PRESETS[:2])
-    lowered = LoweredLimits(
-        preset,
-        *(
-            section.number(name, above=0.0) if section.has(name) else section.take(name, math.inf)
-            for name in ("v_max", "omega_max")
-        ),
-    )
-    section.done()
-    return lowered
+    return Limits(**section.values(OWN))
 
 
 def limits_to_plain(limits):

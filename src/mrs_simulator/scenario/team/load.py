@@ -6,11 +6,11 @@ import numpy as np
 
 from mrs_simulator.core import grasps
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import NUMBER, NUMBERS, POSITIVE, REQUIRED, Field
 from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, shown
 
 GRAVITY = 9.81  # [m/s^2]
 LARGEST = 100.0  # [m] of a side, and of a grasp from the centre
-MASSES = 0.01, 1e5  # [kg]
 
 
 class Load(NamedTuple):
@@ -48,30 +48,16 @@ class Load(NamedTuple):
 
 
 @explained_by("docs/manipulators.md#carrying-together")
-def read_load(top, n):
+def read_load(top, others):
     """Return the ``Load`` of a scenario's ``Section``, None without one; ``ScenarioError``."""
     if not top.has("load"):
         return top.take("load")
-    section = Section(top.take("load"), top.at("load"))
-    low, high = MASSES
-    size = section.numbers("size", 3)
-    if not all(0.0 < side <= LARGEST for side in size):
-        text = "{}: {}, wanted three sides above 0, at most {:g} m"
-        raise ScenarioError(text.format(section.at("size"), size, LARGEST))
-    load = Load(
-        mass=section.number("mass", low=low, high=high),
-        size=tuple(size),
-        grasps=_read_grasps(section, n),
-        stiffness=section.number("stiffness", 1000.0, above=0.0),
-        grip=section.number("grip", above=0.0) if section.has("grip") else np.inf,
-    )
-    section.take("grip")
-    section.done()
-    return load
+    section = Section(top.take("load"), top.at("load"), top.n)
+    return Load(**section.values(LOAD))
 
 
-def _read_grasps(section, n):
-    where, given = section.at("grasps"), section.take("grasps")
+def _read_grasps(section, others):
+    where, given, n = section.at("grasps"), section.take("grasps"), section.n
     if not isinstance(given, list) or len(given) != n:
         text = "{}: {}, wanted [x, y, z] for each of {} robots"
         raise ScenarioError(text.format(where, shown(given), n))
@@ -82,3 +68,12 @@ def _read_grasps(section, n):
         text = "{}: {}, wanted at least three within {:g} m, not on a line"
         raise ScenarioError(text.format(where, shown(given), LARGEST))
     return found
+
+
+LOAD = (
+    Field("mass", unit="kg", low=0.01, high=1e5, type=NUMBER, rule=REQUIRED),
+    Field("size", unit="m", **POSITIVE, high=LARGEST, type=NUMBERS, sizes=(3,), rule=REQUIRED),
+    Field("grasps", unit="m", read=_read_grasps),
+    Field("stiffness", 1000.0, "N/m", **POSITIVE),
+    Field("grip", np.inf, "N", **POSITIVE),
+)

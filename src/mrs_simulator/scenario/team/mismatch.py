@@ -5,22 +5,23 @@
 ``speed``: true over nominal radius of the wheels; ``track``: true over nominal track.
 """
 
-from typing import NamedTuple, Tuple
-
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
+from mrs_simulator.core.fields import EACH, Field
+from mrs_simulator.scenario.reading import Section, record
 
-LONGEST = 2.0  # [s] of a delay
-SCALES = (0.2, 5.0)  # [-] least and most of a factor
+SCALES = {"low": 0.2, "high": 5.0}  # [-] bounds of a factor
+MISMATCH = (
+    Field("delay", (0.0,), "s", low=0.0, high=2.0, type=EACH),
+    Field("speed", (1.0,), **SCALES, type=EACH),
+    Field("track", (1.0,), **SCALES, type=EACH),
+)
 
 
-class Mismatch(NamedTuple):
-    """One value for all robots, or one for each."""
+class Mismatch(record("Mismatch", MISMATCH)):
+    """``delay`` [s], ``speed`` and ``track`` [-]: a tuple of one value for all robots, or one for each."""
 
-    delay: Tuple[float, ...] = (0.0,)  # [s]
-    speed: Tuple[float, ...] = (1.0,)  # [-]
-    track: Tuple[float, ...] = (1.0,)  # [-]
+    __slots__ = ()
 
     def with_robots(self, n):
         """Return the mismatch of n robots: added ones have the last one's values."""
@@ -41,29 +42,11 @@ def _cut(values, n):
     return (values + (values[-1],) * n)[:n]
 
 
-def read_mismatch(content, where, n):
-    """Return the ``Mismatch`` in the mapping ``content``; ``ScenarioError`` if it is none."""
-    section = Section(content, where)
-    low, high = SCALES
-    mismatch = Mismatch(
-        _read(section, "delay", n, 0.0, 0.0, LONGEST),
-        _read(section, "speed", n, 1.0, low, high),
-        _read(section, "track", n, 1.0, low, high),
-    )
-    section.done()
-    return mismatch
-
-
-def _read(section, key, n, default, low, high):
-    given = section.take(key, default)
-    if not isinstance(given, list):
-        return (number(given, section.at(key), low=low, high=high),)
-    if len(given) != n:
-        raise ScenarioError(
-            "{}: {}, wanted a number, or {}".format(section.at(key), shown(given), n)
-        )
-    places = ["{}[{}]".format(section.at(key), row) for row in range(n)]
-    return tuple(number(value, place, low=low, high=high) for value, place in zip(given, places))
+def read_mismatch(top, others):
+    """Return the ``Mismatch`` under ``mismatch`` of ``top``; ``ScenarioError`` if it is none."""
+    section = Section(top.take("mismatch", {}), top.at("mismatch"), top.n)
+    values = section.values(MISMATCH).values()
+    return Mismatch(*((value,) if isinstance(value, float) else value for value in values))
 
 
 class CommandMismatch:

@@ -1,18 +1,36 @@
 """Errors of wheel odometry in a scenario: unequal wheels, a wrong track, noise."""
 
-from typing import NamedTuple, Optional, Tuple
-
 import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import Section, number, number_list
+from mrs_simulator.core.fields import NUMBERS, Field
+from mrs_simulator.scenario.reading import Section, record
 
-GYRO = ("bias", "walk")
 MOST_FACTOR = 0.5  # [-]
 MOST_RATIO = 2.0  # [-] of two wheels' diameters, and of tracks
 
 
-class OdometryErrors(NamedTuple):
+ALPHA = Field("alpha", (0.0,) * 6, low=0.0, type=NUMBERS, sizes=(6,))
+GYRO = (Field("bias", 0.0, "rad/s"), Field("walk", 0.0, "rad/sqrt(s)", low=0.0))
+
+
+def read_gyro(section, others):
+    """Return bias and walk under ``gyro`` of the ``section``, None without it."""
+    if not section.has("gyro"):
+        return section.take("gyro")
+    return tuple(Section(section.take("gyro"), section.at("gyro")).values(GYRO).values())
+
+
+ERRORS = (
+    ALPHA,
+    Field("Ed", 1.0, low=1.0 / MOST_RATIO, high=MOST_RATIO),
+    Field("Eb", 1.0, low=1.0 / MOST_RATIO, high=MOST_RATIO),
+    Field("factor", 0.0, low=0.0, high=MOST_FACTOR),
+    Field("gyro", read=read_gyro),
+)
+
+
+class OdometryErrors(record("OdometryErrors", ERRORS)):
     """Errors of wheel odometry, none by default.
 
     ``alpha``: a1 to a6 of the velocity motion model, in its form with squares (Thrun, Burgard, Fox,
@@ -27,11 +45,7 @@ class OdometryErrors(NamedTuple):
     (Borenstein and Feng, UMBmark, 1994): by these robots move, see ``core.uneven_wheels``.
     """
 
-    alpha: Tuple[float, ...] = (0.0,) * 6
-    Ed: float = 1.0
-    Eb: float = 1.0
-    factor: float = 0.0
-    gyro: Optional[Tuple[float, float]] = None
+    __slots__ = ()
 
     @property
     def wheels(self):
@@ -44,44 +58,17 @@ class OdometryErrors(NamedTuple):
         if self.factor:
             plain["factor"] = self.factor
         if self.gyro is not None:
-            plain["gyro"] = dict(zip(GYRO, self.gyro))
+            plain["gyro"] = {field.name: value for field, value in zip(GYRO, self.gyro)}
         return plain
 
 
 @explained_by("docs/sensors.md#odometry")
-def read_odometry_errors(top):
+def read_odometry_errors(top, others):
     """Return the ``OdometryErrors`` under ``odometry_errors``, None without it."""
     given = top.take("odometry_errors")
     if given is None:
         return None
-    section = Section(given, top.at("odometry_errors"))
-    alpha = read_alpha(section) or (0.0,) * 6
-    low = 1.0 / MOST_RATIO
-    ratios = (section.number(key, 1.0, low=low, high=MOST_RATIO) for key in ("Ed", "Eb"))
-    factor = section.number("factor", 0.0, low=0.0, high=MOST_FACTOR)
-    errors = OdometryErrors(alpha, *ratios, factor, _read_gyro(section))
-    section.done()
-    return errors
-
-
-def read_alpha(section):
-    """Return the six ``alpha`` of a ``Section``, None without them."""
-    given, where = section.take("alpha"), section.at("alpha")
-    if given is None:
-        return None
-    values = number_list(given, 6, where)
-    return tuple(
-        number(value, "{}[{}]".format(where, k), low=0.0) for k, value in enumerate(values)
-    )
-
-
-def _read_gyro(section):
-    if not section.has("gyro"):
-        return section.take("gyro")
-    gyro = Section(section.take("gyro"), section.at("gyro"))
-    numbers = gyro.number(GYRO[0], 0.0), gyro.number(GYRO[1], 0.0, low=0.0)
-    gyro.done()
-    return numbers
+    return OdometryErrors(**Section(given, top.at("odometry_errors")).values(ERRORS))
 
 
 def true_squares(alpha, v, w, step):

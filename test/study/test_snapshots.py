@@ -130,7 +130,7 @@ def test_before_the_first_sample_a_run_is_taken_back_to_its_start():
     kept = experiment.snapshot()
     whole = rest_of(experiment)
     experiment.restore(kept)
-    assert rest_of(experiment) == whole and len(whole[0]) == 10
+    assert rest_of(experiment) == whole and len(whole[0]) == 5
 
 
 def test_sensors_that_are_recorded_to_files_are_not_taken_back(tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.core.arrays import read_only
 from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch
 from mrs_simulator.world.checks import WorldError
@@ -39,6 +40,10 @@ class Commands(Part):
         if mismatch != NO_MISMATCH:
             fitting = mismatch.with_robots(n)
             self.mismatch = CommandMismatch(fitting, team.axes, n, clock.step_size)
+
+    def columns(self):
+        """Return the commands in force, and of which robots there is one."""
+        return {"command": read_only(self.target), "commanded": self.commanded}
 
     def reset(self):
         """Follow the clock back to 0."""

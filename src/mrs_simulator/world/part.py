@@ -11,5 +11,9 @@ class Part:
     can_leap = False  # whether there is nothing to do in steps made at once
     before_step = after_step = None
 
+    def columns(self):
+        """Return what it adds to the state now: values by the names of ``state.columns``."""
+        return {}
+
     def reset(self):
         """Begin the run: forget what was before, such as a take-off; the clock is at 0."""

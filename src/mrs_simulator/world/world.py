@@ -188,9 +188,12 @@ class World:
             self.grasps = GraspState(team, motion, faults, around.hand_length, self._given_load)
         parts = (self.commands, faults, tracks, self.flights, shore, self.grasps, self.estimates)
         self.parts = [part for part in (*parts, self.contacts) if part is not None]
+        self._list_hooks()
+        clock.begun = clock.steps
+
+    def _list_hooks(self):
         self._before = [part.before_step for part in self.parts if part.before_step]
         self._after = [part.after_step for part in self.parts if part.after_step]
-        clock.begun = clock.steps
 
     def reset(self):
         """Put the robots back to their initial poses, at rest; time goes on.
@@ -277,7 +280,9 @@ class World:
 
     def state(self):
         """Return the ``StateTable`` of now; its arrays are the world's own."""
-        team, numbers = self.team, np.arange(1, self.n + 1)
+        team, numbers, columns = self.team, np.arange(1, self.n + 1), {}
+        for part in self.parts:
+            columns.update(part.columns())
         return StateTable(
             self.time,
             numbers.tolist(),
@@ -285,12 +290,10 @@ class World:
             team.axes,
             pose=self.pose,
             twist=self.twist,
-            command=self.command,
-            commanded=self.commands.commanded,
             real=np.isin(numbers - 1, self.mirrored),
             joints=self.joints if team.has_joints else None,
             spatial=self.spatial,
-            load=self.load.state if self.load else None,
+            **columns,
         )
 
     def sensed(self):

@@ -34,6 +34,10 @@ class GraspState(Part):
         carry = getattr(motion, "carry", CarriedLoad)
         self.load = None if load is None else carry(load, self._tools())  # as it is carried
 
+    def columns(self):
+        """Return the load's state, where there is a load."""
+        return {"load": self.load.state} if self.load else {}
+
     def _tools(self):
         return self._team.tools(self._motion.pose, self._motion.joints(), self._hand_length)
 

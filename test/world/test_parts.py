@@ -30,9 +30,9 @@ class Muddy(World):
 
 
 def test_the_documented_part_acts_and_is_taken_back():
-    world = Muddy(("pioneer3dx",), [[-1.2, 0.0, 0.0]], limits=None, cmd_vel_timeout=9.0)
+    world = Muddy(("pioneer3dx",), [[-1.205, 0.0, 0.0]], limits=None, cmd_vel_timeout=9.0)
     world.set_commands(EVERY, np.array([[0.5, 0.0]]))
-    for _ in range(20):  # 0.2 m, and the last step of it into the mud
+    for _ in range(20):  # 0.2 m, to 5 mm before the mud
         world.step()
     kept = world.snapshot()
     for _ in range(2):
@@ -40,12 +40,12 @@ def test_the_documented_part_acts_and_is_taken_back():
             world.step()
         (incident,) = world.faults.take()
         assert incident[2] == "in_mud"
-        # One step of 10 mm more before it is noticed, 49 of 5 mm.
-        assert world.pose[0, 0] == pytest.approx(-1.0 + 0.010 + 49 * 0.005)
+        # One step of 10 mm into it, and 49 of 5 mm.
+        assert world.pose[0, 0] == pytest.approx(-1.005 + 0.010 + 49 * 0.005)
         world.restore(kept)
     world.reset()
     world.step()
-    assert world.pose[0, 0] == -1.2
+    assert world.pose[0, 0] == -1.205
 
 
 def test_parts_add_columns_to_the_state():

@@ -40,7 +40,7 @@ class Claim(NamedTuple):
     run; it is measured all the same.  ``place``: where the hand points end according to it, (n, d) or
     (d,) [m], if it says so.  ``question``: one of ``QUESTIONS``; those of the
     theorem are tested on the exact solution too.  ``motion``: it is about robots that move freely, and so
-    not about a run in which bodies touched.
+    not about a run in which bodies touched.  ``decays``: of a rate, the quantity whose rate it is.
     """
 
     name: str
@@ -53,6 +53,7 @@ class Claim(NamedTuple):
     place: Any = None
     question: str = THEOREM
     motion: bool = True
+    decays: Any = None
 
 
 class Condition(NamedTuple):
@@ -102,6 +103,7 @@ def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True, floor=0.
         lambda run: decay_rate(run.time, of(run.hand), floor or 0.0),
         free=free,
         unproved=IN_PART if floor is None else "",
+        decays=of,
     )
 
 

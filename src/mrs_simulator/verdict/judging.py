@@ -30,6 +30,7 @@ from mrs_simulator.verdict.requirements.results import requirement_results
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, later, published_law, robots_run
 from mrs_simulator.verdict.theory.slipped_runs import slipped_run
+from mrs_simulator.verdict.theory.theorem import Points
 from mrs_simulator.verdict.user_values import claim_of, measures_of
 from mrs_simulator.verdict.verdict import FEWEST_SAMPLES, Late, Theory, judge, with_requirements
 
@@ -219,23 +220,29 @@ def _claims(control, run, faults, followed=None):
         if control.fidelity == "dynamic":
             slipped = known = call(slipped_run, control, run)
         claims = claims + call(exactness_claims, control, run, exact, followed)
-        theory = Theory(exact, followed, slipped, _narrow(control, run, known))
+        made = _of_points(control, run)
+        points = Points(control, run, exact, made)
+        narrow = _narrow(made) if known is not None and run.meta.get("lockstep") else {}
+        theory = Theory(exact, followed, slipped, narrow, points=points)
     return claims, _limited(control, run, theory)
 
 
-def _narrow(control, run, known):
-    """Return the tolerances of claims by name for robots whose run is ``known``, {} where it is not.
+def _of_points(control, run):
+    """Return the claims that ``control`` makes of points, with the tolerances typed for them, by name."""
+    points = copy.copy(control)
+    points._keep(fidelity="point_mass", deadband=0.0)
+    made = _checked(call(points.all_claims, run.hand[0]), run, [])
+    return {claim.name: claim for claim in made if isinstance(claim, Claim)}
+
+
+def _narrow(claims):
+    """Return the tolerances of ``claims`` of points for robots whose run is known, by name.
 
     Where the motion of these robots is known to rounding, so is what held commands, limits and slip cost,
     and of what points are allowed, for ends and sampling, little is left to allow.
     """
-    if known is None or not run.meta.get("lockstep"):
-        return {}
-    points = copy.copy(control)
-    points._keep(fidelity="point_mass")
-    made = _checked(call(points.all_claims, run.hand[0]), run, [])
-    made = [claim for claim in made if isinstance(claim, Claim)]
-    return {c.name: max(NARROWER * c.tolerance, min(c.tolerance, CLOSE)) for c in made}
+    allowed = {name: claim.tolerance for name, claim in claims.items()}
+    return {name: max(NARROWER * most, min(most, CLOSE)) for name, most in allowed.items()}
 
 
 def _limited(control, run, theory):

@@ -37,6 +37,7 @@ NO_PROTOCOL = "no protocol is known whose claims could be judged"
 UNKNOWN_LAW = NO_PROTOCOL + ": that the controller ran {} is known from a topic alone"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was told to move: the controller did not run"
+UNTESTED = "the law is confirmed; the theorem is not tested: {}"
 NONE_APPLY = "none of the protocol's claims applies to this run"
 STILL = "robots held still by the safety filter"
 BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
@@ -83,7 +84,8 @@ class Theory(NamedTuple):
     theirs, or None; ``narrow``: tolerances by the names of claims, where the robots are compared
     with the latter two; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
     :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
-    that is judged, None for all of it, and ``why``.
+    that is judged, None for all of it, and ``why``; ``points``: the :class:`Points` on which the theorem
+    is tested, or None.
     """
 
     exact: Any = None
@@ -95,6 +97,11 @@ class Theory(NamedTuple):
     ruled_out: str = ""
     rest: Any = None
     why: str = ""
+    points: Any = None
+
+    def of_points(self, claim):
+        """Return the ``Answer`` of the law itself on ``claim``, None where that is not known."""
+        return self.points.answer(claim) if self.points and claim.question == THEOREM else None
 
 
 NO_THEORY = Theory()
@@ -124,7 +131,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedienc
     the checks of whether the robots of a run do as commanded.
     """
     checks = _checks(run if theory.rest is None else theory.rest, claims or (), theory)
-    unjudged = _unjudged(run, claims, checks)
+    unjudged = _unjudged(run, claims, checks, theory)
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
     checks += [check._replace(question=ROBOTS) for check in _checks(run, guards)]
@@ -193,8 +200,8 @@ def _obeyed(run, obedience):
     return [check._replace(note=_joined(check.note, why)) for check in obedience(until)]
 
 
-def _unjudged(run, claims, checks):
-    """Return why nothing of the protocol's theory was tested, or ""."""
+def _unjudged(run, claims, checks, theory):
+    """Return why nothing of the protocol's theorem was tested, or ""."""
     if claims is None:
         unknown = run.meta.get("unknown_law")
         return UNKNOWN_LAW.format(unknown) if unknown else NO_PROTOCOL
@@ -208,9 +215,27 @@ def _unjudged(run, claims, checks):
     told = [check for check in checks if check.predicted != HOLDS]
     if not told:
         return NO_CLAIMS
-    if any(check.passed is not None for check in told):
+    told = [check for check in told if check.passed is not None]
+    if any(check.question == THEOREM for check in told):
         return ""
-    return deadlock_text(run.meta.get("deadlock")) or _changes(run) or NONE_APPLY
+    why = deadlock_text(run.meta.get("deadlock")) or _changes(run)
+    return why or (UNTESTED.format(_wanting(claims, theory)) if told else NONE_APPLY)
+
+
+def _wanting(claims, theory):
+    """Return why no claim of the theorem was judged of a run whose law was."""
+    of_theorem = [claim for claim in claims if _is_claim_of_theorem(claim)]
+    if not of_theorem:
+        return NO_CLAIMS
+    answers = [theory.of_points(claim) for claim in of_theorem if not claim.unproved]
+    short = [answer for answer in answers if answer and answer.needed is not None]
+    if short:
+        return min(short, key=lambda answer: answer.needed).note.split(": ", 1)[1]
+    return "none of its claims applies"
+
+
+def _is_claim_of_theorem(claim):
+    return not isinstance(claim, Condition) and _is_of_theorem(claim)
 
 
 def _changes(run):
@@ -283,8 +308,11 @@ def _checks(run, claims, theory=NO_THEORY):
         if isinstance(claim, Condition):
             continue
         why = theory.ruled_out or claim.unproved or (unproved if _is_of_theorem(claim) else "")
+        found = None if why else theory.of_points(claim)
         if why:
             checks.append(_measured_only(run, claim, why))
+        elif found is not None and found.holds is False:
+            checks.append(measured_of(run, claim)._replace(passed=False, note=found.note))
         elif broken_off is not None and claim.motion:
             checks.append(_judged_before(run, claim, theory, broken_off))
         else:
@@ -345,13 +373,14 @@ def _judged(run, claim, theory):
         return (
             _judged_late(run, claim, theory)
             if claim.free and theory.limited
-            else _measured(run, claim)
+            else measured_of(run, claim)
         )
-    short = _shortage(claim, theory)
+    found = theory.of_points(claim)
+    short = found.note if found is not None and found.holds is not True else ""
     if theory.followed is None:
         if claim.free and theory.limited:
             return _judged_late(run, claim, theory)
-        check = _measured(run, claim)
+        check = measured_of(run, claim)
         if short and check.passed is not None and not check.note.startswith(BROKEN):
             check = check._replace(passed=None, note=short)
         return check
@@ -359,25 +388,25 @@ def _judged(run, claim, theory):
     if theory.limited and _is_costly(claim, theory):
         return _judged_late(run, claim, theory)
     if short:
-        return _measured(run, claim)._replace(passed=None, note=short)
+        return measured_of(run, claim)._replace(passed=None, note=short)
     return _within_cost(run, claim, theory, cost, why)
 
 
 def _within_cost(run, claim, theory, cost, why):
     """Return the check of ``claim`` whose tolerance takes in its ``cost``; ``why`` None is not known."""
     if cost is None:
-        check = _measured(run, claim)
+        check = measured_of(run, claim)
         if check.passed is None or check.note.startswith(BROKEN):
             return check
         return check._replace(passed=None, note="does not apply: {}".format(why))
     own = theory.narrow.get(claim.name, claim.tolerance)
     if theory.slipped is not None:
         return _within_slip(run, claim, theory, min(own, claim.tolerance), cost)
-    check = _measured(run, claim._replace(tolerance=own + cost))
+    check = measured_of(run, claim._replace(tolerance=own + cost))
     if check.passed is None or cost <= own:
         return check
     if cost > TOO_COSTLY * claim.tolerance:
-        check = _measured(run, claim)
+        check = measured_of(run, claim)
         return check._replace(note=_joined(check.note, COSTLY.format(cost)))
     return check._replace(note=_joined(check.note, COST.format(cost)))
 
@@ -389,13 +418,13 @@ def _within_slip(run, claim, theory, own, cost):
     nothing of the record widens it.  Within that, what is measured has to be, within ``own``, what it is
     under the published law with this slip.
     """
-    found = _measured(theory.slipped, claim)
+    found = measured_of(theory.slipped, claim)
     slip, why = _cost(claim, theory.slipped)
     if slip is None:
-        check = _measured(run, claim)
+        check = measured_of(run, claim)
         return check if check.passed is None else check._replace(passed=None, note=why)
     allowed = min(cost, TOO_COSTLY * claim.tolerance)
-    check = _measured(run, claim._replace(tolerance=claim.tolerance + allowed))
+    check = measured_of(run, claim._replace(tolerance=claim.tolerance + allowed))
     if check.passed is None or check.measured is None:
         return check
     if _excess(check.measured - found.measured, claim.relation) > own:
@@ -407,7 +436,7 @@ def _within_slip(run, claim, theory, own, cost):
 
 def _cost(claim, followed):
     """Return by how much ``claim`` is missed in the run ``followed``, or None and why that is not known."""
-    check = _measured(followed, claim)
+    check = measured_of(followed, claim)
     if check.difference is None:
         return None, HIDDEN
     return max(0.0, _excess(check.difference, claim.relation)), ""
@@ -445,28 +474,17 @@ def _joined(*notes):
     return ", ".join(filter(None, notes))
 
 
-def _shortage(claim, theory):
-    """Return why the run is too short for ``claim``: the exact solution itself misses it; or ""."""
-    if theory.exact is None:
-        return ""
-    check = _measured(theory.exact, claim)
-    if check.passed is not False or check.note.startswith(BROKEN):
-        return ""
-    return "run too short for this claim: the exact solution itself {}".format(
-        "does not show it" if check.measured is None else "has {:.3g}".format(check.measured)
-    )
-
-
 def _measured_only(run, claim, why):
     """Return what was measured of a claim that does not apply: a threshold is studied by it."""
-    return _measured(run, claim)._replace(passed=None, note="does not apply: {}".format(why))
+    return measured_of(run, claim)._replace(passed=None, note="does not apply: {}".format(why))
 
 
 def _skipped(claim, note):
     return Check(claim.name, claim.predicted, None, claim.tolerance, None, note=note)
 
 
-def _measured(run, claim):
+def measured_of(run, claim):
+    """Return the ``Check`` of ``claim`` on all of ``run``."""
     try:
         with np.errstate(all="ignore"):
             measured = _number(claim.measure(run))

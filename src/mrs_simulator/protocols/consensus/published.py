@@ -50,7 +50,7 @@ class Switching(Published):
     def __init__(self, weights, edges, gain, turn, sets, loss, symmetric, seed, period, directed):
         self.weights, self.edges, self.gain, self.period = weights, edges, gain, period
         self.turn, self.sets, self.loss = turn, sets, loss
-        self.symmetric = symmetric
+        self.symmetric, self.RANDOM = symmetric, loss > 0.0
         # Each as (receiver's row, sender's row, edge), all edges one way before the other.
         self.arcs = [(i - 1, j - 1, k) for k, (i, j, _) in enumerate(edges)]
         if not directed:
@@ -134,7 +134,7 @@ class Resilient(Published):
 class Noisy(Published):
     """``u = -gain (L (p + nu) + nu_heard) + w`` with the noise of this seed: Xiao, Boyd, Kim, 2007."""
 
-    NARROWS, WORK = True, 10.0
+    NARROWS, WORK, RANDOM = True, 10.0, True
 
     def __init__(self, weights, gain, noise, seed, period):
         """``noise``: of velocities [m/s^0.5], of robots' and of listeners' positions [m]."""

@@ -24,10 +24,11 @@ class Published:
     "next": from its points and the velocities commanded before, which the law has as its memory;
     "past": from more than a sample tells.  ``NARROWS``: a difference in one robot's place never grows
     beyond itself, in the largest distance of all robots, so that small deviations add up at most.
+    ``RANDOM``: it draws numbers, so that one solution proves nothing of it.
     ``WORK``: what a pair of robots costs in one command, as against a sum over all pairs.
     """
 
-    SEES, NARROWS, WORK = "now", False, 1.0
+    SEES, NARROWS, WORK, RANDOM = "now", False, 1.0, False
 
     def begin(self, start):
         """Return the memory at the first command, of a team at ``start`` (n, d) [m]."""
@@ -65,6 +66,7 @@ class Resumed(Published):
     def __init__(self, law, time, memory):
         self.law, self.time, self.memory = law, time, memory
         self.SEES, self.NARROWS, self.WORK = law.SEES, law.NARROWS, law.WORK
+        self.RANDOM = law.RANDOM
 
     def begin(self, start):
         """Return the memory at that moment."""

@@ -1,0 +1,256 @@
+"""Whether claims hold of the law itself: on the exact solution, followed until it has settled."""
+
+import copy
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.control.user_code import call
+from mrs_simulator.core.claims import RATE_FLOOR, slope
+from mrs_simulator.protocols.published.laws import MOST_COMMANDS
+from mrs_simulator.record.recording import part_of
+from mrs_simulator.verdict.theory.exact_runs import exact_run, published_law
+from mrs_simulator.verdict.verdict import BROKEN, measured_of
+
+SETTLED = 1e-3  # [-] of its tolerance, by which what has settled changes at most while time doubles
+SOONEST = 5.0  # [s] before which nothing counts as settled
+LOOKED_BACK = 2  # times that a run is halved, to see whether its end has changed since
+MOST_PAIRS = 2e7  # [-] pairs of robots over all commands of the longest solution: a second or two
+MOST_SAMPLES = 40000  # [-] of a longer solution
+NUDGE = 1e-9  # [m] by which a start is moved to see whether the solution is chaotic
+ASIDE = 1e-3  # [-] of the team's size, by which a start is moved to contain all modes
+SIMPLE = 0.1  # [-] of a rate's miss, by which it may differ between two parts of a simple decay
+PARTS = (1e-3, 1e-6, RATE_FLOOR)  # [-] of the start, between which the two parts lie
+FEWEST_FITTED = 12  # [-] samples of a fitted rate
+FALSE = "false of the law itself: the exact solution from this start {}"
+HELD = "false by held commands: the exact solution {}, and {} with twice the commands"
+SHORT = "run too short for this claim: {} s are needed, {} s were run"
+OPEN = "run too short for this claim: the exact solution {}"
+CHAOTIC = "does not apply: the exact solution is chaotic, and misses it from this start"
+BY_CHANCE = "run too short for this claim, or chance: the exact solution with this seed {}"
+NOT_SIMPLE = "does not apply: {}"
+
+
+class Answer(NamedTuple):
+    """What the law itself makes of a claim: ``holds``, False of a false one, None of an open one.
+
+    ``note``: why; ``needed``: how long a run [s] shows the claim, None where that is not known.
+    """
+
+    holds: object
+    note: str = ""
+    needed: object = None
+
+
+HOLDS = Answer(True)
+
+
+class Points:
+    """The points that the published law moves from the start of ``run``, for as long as claims want.
+
+    ``exact``: their run over the samples of ``run``, or None; ``claims``: those made of points, by name.
+    """
+
+    def __init__(self, control, run, exact, claims):
+        self.control, self.run, self.exact, self.claims = control, run, exact, claims
+        self._longer, self._answers = {}, {}
+
+    def answer(self, claim):
+        """Return the ``Answer`` on ``claim``."""
+        if claim.name not in self._answers:
+            self._answers[claim.name] = self._answered(self.claims.get(claim.name, claim))
+        return self._answers[claim.name]
+
+    def _answered(self, claim):
+        if self.exact is None or claim.unproved:
+            return HOLDS
+        check = measured_of(self.exact, claim)
+        if check.passed is not False or check.note.startswith(BROKEN):
+            return HOLDS
+        if self._is_random():
+            return Answer(None, BY_CHANCE.format(_had(check)))
+        seen = [measured_of(self._until(2.0**-k), claim) for k in range(LOOKED_BACK, 0, -1)]
+        return self._followed(claim, [*seen, check])
+
+    def _followed(self, claim, seen):
+        """Return the answer on a ``claim`` that the solution misses, ``seen`` so far."""
+        share, run, last = 1.0, self.exact, seen[-1]
+        while True:
+            if claim.decays is not None and _has_decayed(claim.decays(run.hand)):
+                return self._decays_otherwise(claim, run, share)
+            if claim.decays is None and self._lasted(share) >= SOONEST and _has_settled(seen):
+                return self._false(claim, share, last)
+            longer = self._for(2.0 * share)
+            if longer is None:
+                break
+            share, run, last = 2.0 * share, longer, measured_of(longer, claim)
+            seen.append(last)
+            if last.passed:
+                needed = self._first(run, claim)
+                return Answer(None, SHORT.format(_rounded(needed), self._ran()), needed)
+            if last.passed is None or last.note.startswith(BROKEN):
+                return Answer(None, OPEN.format(_had(last)))
+        if claim.decays is None and _grows(seen) and self._lasted(share) >= SOONEST:
+            return self._false(claim, share, last)
+        text = _had(last) + " after {} s".format(_rounded(self._lasted(share)))
+        return Answer(None, OPEN.format(text))
+
+    def _false(self, claim, share, last):
+        """Return that ``claim`` is false, as ``last`` shows, or why that cannot be told."""
+        beside = np.zeros(self.run.hand.shape[1:])
+        beside[:, 0] = NUDGE * (-1.0) ** np.arange(len(beside))
+        nudged = self._for(share, beside)
+        off = None if nudged is None else measured_of(nudged, claim)
+        if off is None or not _same(off, last, claim.tolerance):
+            return Answer(None, CHAOTIC)
+        said = _had(last) + " after {} s".format(_rounded(self._lasted(share)))
+        return self._falsified(claim, share, said)
+
+    def _falsified(self, claim, share, said):
+        """Return that ``claim`` is false, as is ``said``: of the law, or where it is held so long."""
+        half = self._for(share, commands=2)
+        found = None if half is None else measured_of(half, claim)
+        if found is not None and found.passed:
+            return Answer(False, HELD.format(said, _had(found)))
+        return Answer(False, FALSE.format(said))
+
+    def _decays_otherwise(self, claim, run, share):
+        """Return the answer on the rate ``claim``, which ``run``, over ``share`` times the run, misses.
+
+        A rate is known where it is the same in two parts of the decay: of a simple mode.  One that is
+        larger than claimed may be that of a start without the slowest mode, which a start beside this
+        one has.
+        """
+        found, why = _simple_rate(run.time, claim.decays(run.hand), claim)
+        if found is None:
+            return Answer(None, NOT_SIMPLE.format(why))
+        if found > claim.predicted:
+            size = ASIDE * max(1.0, float(np.ptp(run.hand[0], axis=0).max()))
+            draw = np.random.default_rng(0).uniform(-size, size, run.hand.shape[1:])
+            other = self._for(share, draw)
+            if other is None:
+                return Answer(None, OPEN.format("decays by {:.4g} /s".format(found)))
+            # Another limit, that moves as this one does.
+            hand = other.hand - (other.hand[-1] - run.hand[-1])
+            found, why = _simple_rate(run.time, claim.decays(hand), claim)
+            if found is None or found <= claim.predicted + claim.tolerance:
+                text = "this start lacks the slowest mode, or it shows later"
+                return Answer(None, NOT_SIMPLE.format(why or text))
+        return self._falsified(claim, share, "decays by {:.4g} /s".format(found))
+
+    def _is_random(self):
+        law, links = published_law(self.control), self.control.links
+        return law is None or law.RANDOM or bool(links.faults and links.changes_edges)
+
+    def _lasted(self, share):
+        return share * float(self.run.time[-1] - self.run.time[0])
+
+    def _ran(self):
+        return _rounded(self._lasted(1.0))
+
+    def _until(self, share):
+        """Return the first part of the solution, ``share`` [-] of its samples."""
+        return part_of(self.exact, slice(0, max(1, int(share * len(self.exact.time)))))
+
+    def _for(self, share, beside=None, commands=1):
+        """Return the solution over ``share`` times the run, None where it is too long or not finite.
+
+        ``beside`` (n, d) [m]: from a start beside the run's; ``commands``: so many times as many.
+        """
+        key = (share, commands)
+        if beside is None and share == 1.0 and commands == 1:
+            return self.exact
+        if beside is None and key in self._longer:
+            return self._longer[key]
+        found = self._computed(share, beside, commands)
+        if beside is None:
+            self._longer[key] = found
+        return found
+
+    def _computed(self, share, beside, commands):
+        run, control = self.run, self.control
+        count, n = commands * self._lasted(share) / control.period, len(run.robots)
+        law, events = published_law(control), run.scenario is not None and run.scenario.events
+        work = law.WORK * count * n * n * (n if control.links.faults else 1)
+        if count > MOST_COMMANDS or work > MOST_PAIRS or (events and share > 1.0):
+            return None
+        samples = int(min(share * (len(run.time) - 1), MOST_SAMPLES)) + 1
+        run = run._replace(
+            time=np.linspace(run.time[0], run.time[0] + self._lasted(share), samples)
+        )
+        if beside is not None:
+            pose = run.pose.copy()
+            pose[:, :, :2] += beside[:, :2]
+            run = run._replace(hand=run.hand + beside, pose=pose)
+        if commands > 1:
+            control = copy.copy(control)
+            control._keep(period=control.period / commands)
+        return call(exact_run, control, run)
+
+    def _first(self, run, claim):
+        """Return after how long [s] ``run``, which shows the ``claim``, does so first."""
+        fails, holds = len(run.time) // 2, len(run.time)
+        while holds - fails > max(1, holds // 100):
+            middle = (fails + holds) // 2
+            shown = measured_of(part_of(run, slice(0, middle)), claim).passed
+            fails, holds = (fails, middle) if shown else (middle, holds)
+        return float(run.time[holds - 1] - run.time[0])
+
+
+def _had(check):
+    """Return what the exact solution makes of a claim, in words."""
+    return "does not show it" if check.measured is None else "has {:.4g}".format(check.measured)
+
+
+def _rounded(seconds):
+    return "{:.0f}".format(np.ceil(seconds)) if seconds >= 10.0 else "{:.2g}".format(seconds)
+
+
+def _same(check, other, tolerance):
+    found = check.measured is not None and other.measured is not None
+    return found and abs(check.measured - other.measured) <= 0.1 * tolerance
+
+
+def _has_decayed(values):
+    return bool(values[-1] <= RATE_FLOOR * values[0])
+
+
+def _has_settled(seen):
+    """Return whether the last of the checks ``seen``, each at twice the time, differ no more."""
+    values = [check.measured for check in seen[-3:]]
+    if len(values) < 3 or None in values:
+        return False
+    before, now = np.abs(np.diff(values))
+    most = SETTLED * seen[-1].tolerance
+    return bool(now <= before <= most or max(now, before) <= 1e-3 * most)
+
+
+def _grows(seen):
+    """Return whether the miss has grown each time that time doubled."""
+    values = [check.difference for check in seen[-4:]]
+    if len(values) < 4 or None in values:
+        return False
+    steps = np.diff(np.abs(values))
+    return bool((steps > seen[-1].tolerance).all() and (np.diff(steps) >= 0.0).all())
+
+
+def _simple_rate(time, values, claim):
+    """Return ``(rate, "")`` [1/s] of ``values`` (m,) that decay as one simple mode; else None and why."""
+    share = np.asarray(values, dtype=float) / values[0]
+    rates = []
+    for top, least in zip(PARTS, PARTS[1:]):
+        above = np.flatnonzero(~(share <= top))
+        begin = above[-1] + 1 if len(above) else 0
+        low = np.flatnonzero(share[begin:] <= least)
+        end = begin + (low[0] if len(low) else len(share) - begin)
+        if end - begin < FEWEST_FITTED:
+            return None, "the exact solution shows no rate for long enough"
+        rates.append(slope(time[begin:end], -np.log(share[begin:end])))
+    miss = abs(rates[1] - claim.predicted)
+    if abs(rates[1] - rates[0]) > SIMPLE * miss:
+        return None, "the exact solution shows no simple rate, {:.4g} and later {:.4g}".format(
+            *rates
+        )
+    if miss <= claim.tolerance:
+        return None, "the exact solution shows this rate late, {:.4g}".format(rates[1])
+    return rates[1], ""

@@ -224,7 +224,7 @@ def test_a_scenario_says_what_is_kept_and_says_it_again():
     for safety, said in (
         ({"arena": [1, 0, -1, 2]}, "x_min < x_max"),
         ({"speed": 0.0}, "above 0"),
-        ({"speed": [0.3]}, "2 numbers"),
+        ({"speed": [0.3]}, "2 such numbers"),
         ({"aerna": [0, 0, 1, 1]}, "aerna"),
         (3, "wanted true, false, or a mapping"),
     ):

@@ -93,7 +93,7 @@ def test_sensors_are_asked_for_by_name_and_type():
         make_control(sensed("lidar"))
     with pytest.raises(ProtocolError, match="safety.sensed: north is a compass, wanted one of"):
         make_control(sensed("north", north={"type": "compass"}))
-    with pytest.raises(ScenarioError, match="safety.sensed: 3, wanted names"):
+    with pytest.raises(ScenarioError, match="safety.sensed: 3, wanted a list of"):
         sensed(3)
     assert make_control(sensed("sonar")).SENSORS == ("sonar",)
 

@@ -49,7 +49,7 @@ CONTROL = (
     Field(
         "safety",
         False,
-        read=lambda section, others: read_safety(section, section.n),
+        read=read_safety,
         plain=lambda value, n: value.to_plain() if isinstance(value, Safety) else value,
         meaning="the [safety filter](protocols.md#safety-filter): `true`: no two robots ever touch; "
         "`{obstacles: true, arena: [x_min, y_min, x_max, y_max], speed: 0.4}`: nor do they touch "

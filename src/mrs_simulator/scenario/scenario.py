@@ -238,27 +238,28 @@ def scenario_from_dict(content, where="scenario"):
 
 def _refuse_conflicts(scenario, top):
     """Raise ``ScenarioError`` for keys that contradict each other."""
-    if scenario.engine != ENGINES[0] and scenario.fidelity != "dynamic":
-        raise ScenarioError(
-            "{}: {}, but fidelity is {}; wanted fidelity: dynamic".format(
-                top.at("engine"), scenario.engine, scenario.fidelity
-            )
-        )
-    if scenario.takeoff and scenario.altitude is None:
-        raise ScenarioError(
-            "{}: true, but no robot has an altitude; wanted that to which it rises".format(
-                top.at("takeoff")
-            )
-        )
-    if scenario.odometry_errors is not None and scenario.odometry != "wheel":
-        raise ScenarioError(
-            "{}: given, but odometry is {}; wanted odometry: wheel".format(
-                top.at("odometry_errors"), scenario.odometry
-            )
-        )
-    if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":
-        raise ScenarioError(
-            "{}: wheel, but point masses have no wheels; wanted world, or another fidelity".format(
-                top.at("odometry")
-            )
-        )
+    odometry, fidelity = scenario.odometry, scenario.fidelity
+    for key, is_wrong, text in (
+        (
+            "engine",
+            scenario.engine != ENGINES[0] and fidelity != "dynamic",
+            "{}, but fidelity is {}; wanted fidelity: dynamic".format(scenario.engine, fidelity),
+        ),
+        (
+            "takeoff",
+            scenario.takeoff and scenario.altitude is None,
+            "true, but no robot has an altitude; wanted that to which it rises",
+        ),
+        (
+            "odometry_errors",
+            scenario.odometry_errors is not None and odometry != "wheel",
+            "given, but odometry is {}; wanted odometry: wheel".format(odometry),
+        ),
+        (
+            "odometry",
+            odometry == "wheel" and fidelity == "point_mass",
+            "wheel, but point masses have no wheels; wanted world, or another fidelity",
+        ),
+    ):
+        if is_wrong:
+            raise ScenarioError("{}: {}".format(top.at(key), text))

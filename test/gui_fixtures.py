@@ -83,7 +83,7 @@ def gui(ros, tmp_path):
     ros.use_quick_rosrun()
 
     def run(code, *arguments, scenario="paper_four", limit=120):
-        path = os.path.join(ROOT, "scenarios", scenario + ".yaml")
+        path = os.path.join(ROOT, "scenarios", os.path.splitext(scenario)[0] + ".yaml")
         return run_gui(ros, code, path, *arguments, limit=limit)
 
     return run

@@ -20,6 +20,15 @@ def shipped(name, parameters=None, rate=None, **changes):
     return scenario.changed(control=control, **changes)
 
 
+def near_the_line(directory):
+    """Write the scenario ``paper_four`` from where its robots are after 28 s; return its path."""
+    poses = [[1.49, 11.61, 2.16], [-0.84, 12.11, 2.26], [-2.94, 12.25, 2.43], [-5.05, 12.3, 0.0]]
+    path = os.path.join(str(directory), "near.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(shipped("paper_four", poses=poses).to_yaml())
+    return path
+
+
 def as_points(scenario):
     """Return the scenario on point masses without limits."""
     control = scenario.control._replace(saturation="none")

@@ -12,7 +12,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.dirname(HERE))
 
 from motion import LIMITS, REST, Motion  # noqa: E402
-from ros_fixtures import PATIENCE, Ros, log_of, program  # noqa: E402
+from ros_fixtures import PATIENCE, Ros, log_of  # noqa: E402
 from table import (  # noqa: E402
     AIR,
     BEGINS_AGAIN,
@@ -91,7 +91,8 @@ class Bench:
         return self.ros.start("{}_{}".format(name, self._count), command)
 
     def _run(self, script, *arguments):
-        return self._start(script, [program(script), *map(str, arguments)])
+        self._count += 1
+        return self.ros.node(script, *arguments, name="{}_{}".format(script, self._count))
 
     def start(self):
         """Start everything and wait until the robots drive."""

@@ -9,6 +9,7 @@ import xmlrpc.client
 
 import pytest
 from gui_fixtures import PROGRAM, ROOT
+from protocol_fixtures import near_the_line
 from ros_fixtures import PATIENCE, free_port, log_of, wait_until
 
 from mrs_simulator.study.results.report import read_run
@@ -20,11 +21,13 @@ def test_a_study_from_click_to_saved_figures(gui, tmp_path):
 gui.bar.set_speed(20)
 click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
-click("control")
-until(lambda: gui.study.is_controlled())
 def formed():
     pose = gui.connection.snapshot().pose
     return abs(pose[:-1, 0] - pose[1:, 0] - 2.0).max() < 0.2 and pose[:, 1].ptp() < 0.05
+until(lambda: gui.connection.snapshot() and len(gui.connection.snapshot().pose) == 4)
+assert not formed()
+click("control")
+until(lambda: gui.study.is_controlled())
 until(formed, 80.0)
 assert gui.map.grab().width() > 300
 QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
@@ -37,6 +40,7 @@ click("end")
 until(lambda: not gui.connection.is_fresh("stage"))
 """,
         tmp_path / "run",
+        scenario=near_the_line(tmp_path),
     )
     saved = sorted(os.listdir(str(tmp_path / "run")))
     assert {"run.csv", "scenario.yaml", "verdict.json", "inputs.svg", "trajectories.pdf"} <= set(

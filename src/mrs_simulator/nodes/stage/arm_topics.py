@@ -7,6 +7,7 @@ import numpy as np
 import rospy
 from sensor_msgs.msg import JointState
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.vehicles.arms.path import JointPath, PathError
 
 STATES, COMMAND = "/robot{}/joint_states", "/robot{}/arm_controller/command"
@@ -15,7 +16,7 @@ ACTIONS = "actionlib", "control_msgs"  # those that the action wants besides
 BROKEN_OFF = "another trajectory, or other commands, came instead"
 
 
-class ArmTopics:
+class ArmTopics(StagePart):
     """``joint_states`` and ``arm_controller/command`` of each robot with an arm, as ros_controllers name
     them, and the rates of joints in the stage's own ``command``."""
 

@@ -3,11 +3,12 @@
 import rospy
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.ros.node.node_parameters import TAKEOFF_HEIGHT
 from mrs_simulator.ros.node.parameters import read
 
 
-class FlightServices:
+class FlightServices(StagePart):
     """``/robotN/takeoff``, ``/robotN/land``, ``/robotN/cut_motors`` of simulated robots that fly.
 
     ``cut_motors`` with ``data: false`` is refused in the air; with ``data: true`` its caller says that the

@@ -3,12 +3,13 @@
 import rospy
 from geometry_msgs.msg import PoseStamped, Vector3, WrenchStamped
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.ros.message_forms.messages import load_pose
 
 POSE, WRENCH = "/load/pose", "/robot{}/grasp/wrench"
 
 
-class LoadTopics:
+class LoadTopics(StagePart):
     """``/load/pose`` and each robot's ``grasp/wrench``, the force that it exerts on the load, no torque."""
 
     def __init__(self, world, frame):

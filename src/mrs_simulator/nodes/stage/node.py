@@ -24,11 +24,11 @@ from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
+from mrs_simulator.nodes.stage.status import StatusTopic, named
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
-from mrs_simulator.ros.message_forms.messages import StageStatus, read_robot_specs, stage_status
+from mrs_simulator.ros.message_forms.messages import read_robot_specs
 from mrs_simulator.ros.node import node_parameters as declared
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.node.diagnostics import Diagnostics, Rates, sensors_health, stage_health
 from mrs_simulator.ros.node.lifecycle import run, spare_garbage_collection, start_node
 from mrs_simulator.ros.node.parameters import is_given, read
 from mrs_simulator.ros.node.requests import Requests
@@ -44,11 +44,9 @@ from mrs_simulator.world.world import World
 
 IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
 IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated time stands still
-STATUS_PERIOD = 0.2  # [s] of wall time
 VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
 PREDECESSOR = 5.0  # [s] of wall time that a stage before this one has to end
-MOST_NAMED = 8  # [-] robots named in one message
 MOST_STEPS = 1000000  # [-] of one request
 LOCAL = dict(
     RUN_ARGUMENTS,
@@ -89,19 +87,14 @@ class Stage:
         self._odometry_rate = odometry_rate(scenario, usual)
         self._schedule_odometry()
         self.round_trips = RoundTrips(self.world.n, self._command_period)
-        self._started = False
+        self.is_started = False
         self._steps_asked = 0
         self._stands_for = {}  # kinds as they were told to others -> as the scenario has them
         self.id, self.run = random.SystemRandom().getrandbits(32), 0
         self.trouble = ""  # who else simulates or drives these robots
-        self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
-        self._real_silent, self._jumped = [], frozenset()
-        self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
+        self._last = {"view": 0.0, "report": time.monotonic()}
         self.inbox, self.unobeyed = Inbox(), Unobeyed()
-        self.arms = ArmTopics(self.world, self.inbox)
         self.requests = Requests()
-        self.flight = FlightServices(self.world, self.requests, absent=real)
-        self.drivers = preset and preset.drivers(self.world, self.requests, absent=real)
         self.frames = Frames(
             read(declared.STAGE_WORLD_FRAME),
             read(declared.STAGE_ODOM_FRAME),
@@ -114,15 +107,17 @@ class Stage:
             topics_of=self._topics_of,
             fixed=self.sensors.fixed_frames,
         )
-        self.load = LoadTopics(self.world, self.frames.world)
-        self._status = publisher("~status", StageStatus, queue_size=1)
+        self.arms = ArmTopics(self.world, self.inbox)
+        self.drivers = preset and preset.drivers(self.world, self.requests, absent=real)
+        self.parts = [self.drivers] if self.drivers else []
+        self.parts += [self.arms, LoadTopics(self.world, self.frames.world)]
+        self.parts.append(FlightServices(self.world, self.requests, absent=real))
+        self.status = StatusTopic(self)
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
         self.unobeyed.begin(self.world.team)
         self._follow_team()
         self._map = MapTopics(scenario, self.frames.world, self.topics.stamp())
         self._open_services()
-        self._facts, self._sensor_rates = None, Rates()  # of the last status
-        self._diagnostics = Diagnostics(self._health)
         self.view = None
         if read(declared.VIEW):
             self._open_view()
@@ -162,11 +157,8 @@ class Stage:
         self.sensors.follow_team(self.scenario, self.world)
         told = self._odometry_told() == "wheel"
         self.topics.follow_team(self.scenario.odometry_errors if told else None)
-        self.arms.follow_team()
-        self.load.follow_team()
-        self.flight.follow_team()
-        if self.drivers:
-            self.drivers.follow_team()
+        for part in self.parts:
+            part.follow_team()
         self._tell_scenario()
         spare_garbage_collection()
 
@@ -220,7 +212,7 @@ class Stage:
             self.topics.publish_clock()
             self.topics.publish_collisions()
             self.topics.publish_incidents()
-            self._publish_status()
+            self.status.publish()
             self._show()
         if self._step:
             self._scheduled = self._step
@@ -229,7 +221,7 @@ class Stage:
     def _idle_clock(self):
         if time.monotonic() - self.topics.clock_sent > IDLE_CLOCK:
             self.topics.publish_clock()
-        self._publish_status()
+        self.status.publish()
         time.sleep(IDLE if self.paused else min(IDLE, self.pacer.wait()))
 
     def _show(self):
@@ -244,8 +236,8 @@ class Stage:
             self.view = None  # the user closed it
 
     def _may_step(self):
-        if not self._started:
-            self._started = self._ready()
+        if not self.is_started:
+            self.is_started = self._ready()
             return False
         if self.paused and not self._steps_asked:
             return False
@@ -306,10 +298,8 @@ class Stage:
     def _advance(self):
         self._publish_state()
         self.mirror.place(self.world)
-        if self.drivers and not self.trouble:
-            self.drivers.advance()
-        if not self.trouble:
-            self.arms.advance()
+        for part in () if self.trouble else self.parts:
+            part.advance()
         self.world.step()
         self._step += 1
         self.pacer.stepped(self.world.step_size)
@@ -324,7 +314,7 @@ class Stage:
         due = self._schedule.due(self._step - self._scheduled)
         if len(due):
             self._tell_odometry(due)
-        self._publish_status()
+        self.status.publish()
 
     def _now(self):
         return self.topics.stamp().to_sec()
@@ -339,15 +329,15 @@ class Stage:
         if now - self.topics.clock_sent > IDLE_CLOCK:
             self.topics.publish_clock()
             self.mirror.place(self.world)  # real robots know no pause
-            if self._started and self.paused:
+            if self.is_started and self.paused:
                 self._publish_state()
-            elif not self._started and (not self.lockstep or self.lockstep.waiting_for):
+            elif not self.is_started and (not self.lockstep or self.lockstep.waiting_for):
                 self.topics.publish_odometry()
-        if self.lockstep and self._started and not self.paused and self.lockstep.overdue():
+        if self.lockstep and self.is_started and not self.paused and self.lockstep.overdue():
             self._report_silence()
-        self._publish_status()
-        if self.paused or not self._started or self.lockstep:
-            time.sleep(0.001 if self.lockstep and self._started and not self.paused else IDLE)
+        self.status.publish()
+        if self.paused or not self.is_started or self.lockstep:
+            time.sleep(0.001 if self.lockstep and self.is_started and not self.paused else IDLE)
         else:
             time.sleep(min(IDLE, self.pacer.wait()))
 
@@ -358,8 +348,8 @@ class Stage:
             # Commands to all robots follow from any odometry, and each comes by itself.
             self.lockstep.expect(range(self.world.n))
         self.round_trips.sent(self._now())
-        self.arms.publish(self.topics.stamp())
-        self.load.publish(self.topics.stamp())
+        for part in self.parts:
+            part.publish(self.topics.stamp())
         self.topics.publish_odometry(rows)
         if self.drivers:
             self.drivers.tell(self.topics.stamp(), rows.tolist())
@@ -399,7 +389,8 @@ class Stage:
 
     def _on_reset(self, _):
         self.world.reset()
-        self.arms.reset()
+        for part in self.parts:
+            part.reset()
         self._after_change()
         return "{} robots back at their initial poses".format(self.world.n)
 
@@ -440,7 +431,7 @@ class Stage:
         self._follow_team()
         # What was said to the robots before is not meant for these.
         self.inbox.take(self.world.n)
-        self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self.status.begin()
         self.unobeyed.begin(self.world.team)
         self._schedule_odometry()
         self.round_trips.begin(self.world.n, self._command_period)
@@ -453,83 +444,6 @@ class Stage:
         self.sensors.begin(self.world)
         self.sensors.tell(self.world)
         self._tell_odometry()
-
-    # Messages ------------------------------------------------------------------------------------
-
-    def _say_what_changed(self):
-        """Log who fell silent, whose watchdog has stopped them, and commands that were refused."""
-        self._say_who_is_lost()
-        silent = set(np.flatnonzero(self.world.commands.timed_out).tolist())
-        new = sorted(silent - self._silent)
-        if new:
-            waited = float(self.world.commands.timeouts[new].max())
-            rospy.logwarn("stage: %s stopped: no command for %g s", named(new), waited)
-        self._silent = silent
-        refused = np.flatnonzero(self.world.commands.refused > self._refused).tolist()
-        if refused:
-            rospy.logwarn_throttle(
-                5.0,
-                "stage: refused commands for {}: not finite, or impossibly large".format(
-                    named(refused)
-                ),
-            )
-            self._refused = self.world.commands.refused.copy()
-
-    def _say_who_is_lost(self):
-        """Log the real robots that fell silent or jumped."""
-        lost, jumps = self.mirror.silent(), self.mirror.jumps()
-        new = [row for row in lost if row not in self._real_silent]
-        if new:
-            timeout = self.mirror.frame.odom_timeout
-            rospy.logwarn("stage: real %s not heard for %g s", named(new), timeout)
-        for row in set(jumps).difference(self._jumped):
-            go_on = "call pioneer_control/start or stage/reset to follow it again"
-            rospy.logerr("stage: %s: %s", jumps[row], go_on)
-        self._real_silent, self._jumped = sorted({*lost, *jumps}), frozenset(jumps)
-
-    def _publish_status(self):
-        now = time.monotonic()
-        if now - self._last["status"] < STATUS_PERIOD:
-            return
-        self._last["status"] = now
-        world = self.world
-        self._say_what_changed()
-        waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
-        states = world.flights.states()
-        facts = dict(
-            fidelity=self.scenario.fidelity,
-            stage=self.id,
-            run=self.run,
-            trouble=self.trouble,
-            robots=world.n,
-            speed=self.pacer.speed,
-            real_time_factor=self.pacer.real_time_factor,
-            paused=self.paused,
-            lockstep=self.lockstep is not None,
-            waiting_for=[row + 1 for row in waiting],
-            timed_out=[row + 1 for row in sorted(self._silent)],
-            refused=world.commands.refused.tolist(),
-            unobeyed=self.unobeyed.counts.tolist(),
-            real_silent=[row + 1 for row in self._real_silent],
-            missed_periods=self.round_trips.missed,
-            command_periods=self.round_trips.periods,
-            collisions=self.topics.collisions,
-            incidents=self.topics.incidents,
-            flight=[states.get(row, "") for row in range(world.n)] if states else [],
-            closest_approach=world.contacts.measure(),
-            slow_sensors=self.sensors.slow(self.pacer.speed, self.pacer.real_time_factor),
-        )
-        self._facts = facts
-        message = stage_status(self.topics.stamp(), self.round_trips.median_and_p99(), **facts)
-        self._status.publish(message)
-
-    def _health(self):
-        """Return how the stage and the sensors are, for ``/diagnostics``."""
-        if self._facts is None:
-            return []
-        rates = self._sensor_rates.of(dict(self.sensors.counts))
-        slow = self._facts["slow_sensors"]
-        return [stage_health(self._facts), sensors_health(rates, slow)]
 
 
 def odometry_rate(scenario, usual):
@@ -560,13 +474,6 @@ def only_stage():
             )
         )
     return rivals
-
-
-def named(rows):
-    """Return robots of ``rows`` for a message: all of a few, else the first and how many."""
-    shown = ", ".join("robot{}".format(row + 1) for row in rows[:MOST_NAMED])
-    more = len(rows) - MOST_NAMED
-    return shown + (" and {} more".format(more) if more > 0 else "")
 
 
 def main():

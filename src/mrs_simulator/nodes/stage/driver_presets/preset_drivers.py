@@ -7,6 +7,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.spatial import rotated
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.ros.message_forms.optional_messages import found, missing_text
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.firmware.crazyflie import State
@@ -51,7 +52,7 @@ class Mailbox:
             to(message)
 
 
-class PresetDrivers:
+class PresetDrivers(StagePart):
     """The drivers of the simulated robots of one drive; those of other drives obey as without a preset.
 
     A preset says its ``NAME``, ``DRIVE`` and ``OFFERS``, what it needs of packages that may be missing, and

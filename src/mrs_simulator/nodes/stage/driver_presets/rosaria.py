@@ -7,6 +7,7 @@ import rospy
 from std_msgs.msg import Bool, Int8
 from std_srvs.srv import Empty, EmptyResponse
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.vehicles import Team
 
 ODOM_RATE = 10.0  # [Hz] at the usual packets of 100 ms
@@ -56,7 +57,7 @@ def driver_commands(commands, limits):
     return np.sign(commands) * np.floor(np.abs(commands) / UNIT + 0.5) * UNIT
 
 
-class Drivers:
+class Drivers(StagePart):
     """The drivers of all simulated robots: what they make of commands, and their motors."""
 
     def __init__(self, world, requests, absent=()):

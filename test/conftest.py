@@ -27,6 +27,8 @@ SLOW = 0.12  # [s] of processor time from which on a test is slow
 # Tests start hundreds of processes: let them find their modules compiled, whatever is set here.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build", "pycache")
+# Nor is pytest to rewrite their assertions each time, where this process runs them itself.
+sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]
 
 
 def pytest_addoption(parser):

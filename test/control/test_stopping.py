@@ -52,7 +52,9 @@ KINDS = ("pioneer3dx", "robotino3", "f1tenth", "heron")
 @pytest.mark.parametrize("speed", [0.2, 0.75, -0.2])
 def test_no_robot_leaves_the_fence(monkeypatch, kind, speed):
     given = {"~geofence": FENCE}
-    track, guards = driven(monkeypatch, (kind,), [[0.0, 0.0, 0.0]], speed, given, seconds=20.0)
+    begin, seconds = math.copysign(1.0, speed), 2.0 / abs(speed) + 4.0
+    poses = [[begin, 0.0, 0.0]]
+    track, guards = driven(monkeypatch, (kind,), poses, speed, given, seconds=seconds)
     assert np.abs(track[:, 0, 0]).max() <= 3.0
     assert guards.stopped == [1]
 

@@ -69,6 +69,19 @@ MOVED = {
     "study.sweep": "study.run.sweep",
     "study.view": "study.draw.view",
 }
+# Names that such a module no longer has: where they are.
+SPLIT = {
+    "control.laws.energies": {
+        "protocols.consensus.energies": ("second_order_energy",),
+        "protocols.flocking.energies": ("flock_energy", "agreement_energy"),
+        "protocols.gathering.energies": ("tension_energy", "coverage_energy"),
+        "protocols.shapes.energies": ("length_energy", "bearing_energy", "bearing_leaders_energy"),
+    },
+    "control.laws.published_consensus": {
+        "protocols.gathering.published": ("Pursuit", "Rendezvous", "Coverage"),
+        "protocols.marching.published": ("Chain",),
+    },
+}
 PACKAGE = __name__.rpartition(".")[0] + "."
 
 
@@ -89,6 +102,9 @@ class OldNames:
         text = "{} is now {}; the old name will go with the next minor version"
         warnings.warn(text.format(spec.name, new), FutureWarning, stacklevel=2)
         module = importlib.import_module(new)
+        for home, names in SPLIT.get(spec.name[len(PACKAGE) :], {}).items():
+            for name in names:
+                setattr(module, name, getattr(importlib.import_module(PACKAGE + home), name))
         self._spec = module.__spec__  # importlib puts the old name's in its place
         return module
 

@@ -82,7 +82,7 @@ def test_the_mean_of_what_is_heard():
     values = np.array([[1.0, 0.0], [2.0, 4.0], [6.0, 8.0]])
     chain = Topology.preset("chain", 3)
     np.testing.assert_array_equal(chain.neighbour_mean(values), values[[1, 2, 2]])
-    # Robot 1 hears 2 and, thrice as much, 3; robot 3 hears nobody.
+    # Robot 1 receives from 2 and, with thrice the weight, from 3; robot 3 from none.
     weighted = Topology(3, [(1, 2), (1, 3, 3.0), (2, 1, 0.5)])
     np.testing.assert_allclose(
         weighted.neighbour_mean(values), [[5.0, 7.0], [1.0, 0.0], [6.0, 8.0]], atol=1e-12
@@ -218,3 +218,10 @@ def test_erdos_renyi_has_its_share_of_the_pairs():
     assert (
         Topology.erdos_renyi(5, 0.0).edges == [] and len(Topology.erdos_renyi(5, 1.0).edges) == 10
     )
+
+
+def test_the_former_name_of_weighted_neighbours_warns():
+    graph = Topology(3, [[1, 2, 0.5], [1, 3, 2.0]])
+    assert graph.weighted_neighbours(0) == [(1, 0.5), (2, 2.0)]
+    with pytest.warns(FutureWarning, match="weighted_neighbours"):
+        assert graph.heard_by(0) == [(1, 0.5), (2, 2.0)]

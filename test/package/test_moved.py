@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from mrs_simulator.moved import MOVED, PACKAGE
+from mrs_simulator.moved import MOVED, PACKAGE, SPLIT
 
 MODULES = sorted(set(MOVED) - {"control.laws"})  # a package is no module to import from
 
@@ -19,6 +19,17 @@ def test_an_old_name_gives_the_module_itself_and_a_warning(old, monkeypatch):
     assert new.__spec__.name == new.__name__ == PACKAGE + MOVED[old]
     assert importlib.import_module("mrs_simulator.protocols.consensus").law  # its packages stay
     assert len(warned) == 1
+
+
+@pytest.mark.parametrize("old", sorted(SPLIT))
+def test_names_that_went_elsewhere_are_found_where_they_were(old, monkeypatch):
+    monkeypatch.delitem(sys.modules, PACKAGE + old, raising=False)
+    with pytest.warns(FutureWarning):
+        module = importlib.import_module(PACKAGE + old)
+    for home, names in SPLIT[old].items():
+        for name in names:
+            there = getattr(importlib.import_module(PACKAGE + home), name)
+            assert getattr(module, name) is there and there.__module__ == PACKAGE + home
 
 
 def test_a_law_of_today_with_old_imports_runs(tmp_path, monkeypatch):

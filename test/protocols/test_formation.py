@@ -81,7 +81,7 @@ def test_path_keeps_its_weighted_mean_and_contracts_at_its_rate():
         Topology(4, [(1, 2), (1, 3), (2, 3), (3, 4, 3.0)]),
         Topology(4, []),
     ],
-    ids=["star", "directed", "one that hears nobody", "no edges"],
+    ids=["star", "directed", "one that receives from none", "no edges"],
 )
 def test_the_limit_is_where_the_steps_lead(topology):
     offsets = formation.line_offsets(4, C)

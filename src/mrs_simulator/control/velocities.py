@@ -50,7 +50,7 @@ def neighbours_of(row, hand, turn, numbers, topology):
     neighbour = Neighbour if hand.shape[1] == 2 else RaisedNeighbour.at
     return tuple(
         neighbour(numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
-        for other, weight in topology.heard_by(row)
+        for other, weight in topology.weighted_neighbours(row)
     )
 
 

@@ -4,6 +4,8 @@
 ``(i, j)`` with robots numbered from 1: "i receives from j".
 """
 
+import warnings
+
 import numpy as np
 
 from mrs_simulator.core.fields import shown
@@ -124,10 +126,16 @@ class Topology(Constant):
         """Return the numbers of the neighbours of ``robot`` (1..n), ascending."""
         return [int(j) + 1 for j in self._sender[self._receiver == robot - 1]]
 
-    def heard_by(self, row):
+    def weighted_neighbours(self, row):
         """Return ``[(row of j, a_ij), ...]`` of the neighbours of the robot in ``row``."""
         edges = np.flatnonzero(self._receiver == row)
         return list(zip(self._sender[edges].tolist(), self._weight[edges].tolist()))
+
+    def heard_by(self, row):
+        """Return :meth:`weighted_neighbours`: its former name, with a ``FutureWarning``."""
+        text = "Topology.heard_by is now weighted_neighbours; the old name goes with the next minor version"
+        warnings.warn(text, FutureWarning, stacklevel=2)
+        return self.weighted_neighbours(row)
 
     def adjacency(self):
         """Return ``A``, shape (n, n): ``A[i, j] = a_ij``, rows receive from columns."""

@@ -15,7 +15,10 @@ SHARE = "decay rate over the exact solution's [-]"
 def spanning_tree(topology):
     """Return the condition that all robots receive, directly or over others, from one."""
     return Condition(
-        "spanning tree", topology.has_spanning_tree(), "no robot is heard by all", necessary=True
+        "spanning tree",
+        topology.has_spanning_tree(),
+        "no robot reaches all, not even over others",
+        necessary=True,
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 def second_moment_step(moment, topology, share, loss, symmetric=False):
     """Return ``E[W M W^T]``, (n, n), from the second moment ``M = moment`` (n, n).
 
-    ``share`` [-]: gain times command period; ``loss``, (n, n) of arcs (rows hear columns) or one
+    ``share`` [-]: gain times command period; ``loss``, (n, n) of arcs (rows receive from columns) or one
     number: the chance that an edge is dropped, each arc by itself, or both directions ``symmetric``ally
     at once.
     """

@@ -24,7 +24,7 @@ def mode_variances(topology, gain, period, velocity=0.0, robot=0.0, listener=0.0
         sigma^2 / (2 kappa lambda_i (1 - kappa lambda_i Tc/2)).
 
     ``robot`` [m]: standard deviation of the noise of each robot's position, the same to itself and to
-    all that hear it, so that it enters through L as a whole:
+    all that receive it, so that it enters through L as a whole:
 
         r^2 kappa lambda_i Tc / (2 - kappa lambda_i Tc).
 

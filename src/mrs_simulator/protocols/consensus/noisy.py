@@ -29,7 +29,7 @@ LEAST = 200.0  # [-] time constants of the slowest mode over which a variance is
 class NoisyConsensus(Remembering):
     """``u = -gain (L (p + nu) + nu_heard) + w`` with white noise: Xiao, Boyd and Kim, 2007.
 
-    w is noise on the velocities, nu that of each robot's position, which it and all that hear it have
+    w is noise on the velocities, nu that of each robot's position, which it and all that receive it have
     alike, and nu_heard that of each relative position, its listener's alone.
 
     Theorem: on a connected undirected graph the disagreement does not vanish: its variance settles at

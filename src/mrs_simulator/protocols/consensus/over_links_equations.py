@@ -1,6 +1,6 @@
 """Laws ``e_i' = sum_j w_ij (e_j - e_i)`` over edges that are delayed or switch: their exact steps.
 
-``w`` (n, n) [1/s], rows hear columns; ``delays`` (n, n) are whole command periods.  The state holds
+``w`` (n, n) [1/s], rows receive from columns; ``delays`` (n, n) are whole command periods.  The state holds
 the errors e at the last commands, the newest first: with D the longest delay it has n (D + 1) rows.
 In a round each graph is up for ``length`` commands, one after the other.
 """

@@ -169,10 +169,10 @@ def order(velocities):
 
 
 def vicsek_order(noise, n):
-    """Return the root mean square order of n robots that all hear all, under ``noise`` eta [rad].
+    """Return the root mean square order of n robots that all receive from all, under ``noise`` eta [rad].
 
     ``sqrt(s^2 + (1 - s^2)/n)``, ``s = sin(eta/2)/(eta/2)`` the mean of ``exp(i xi)``: exact, and a bound
-    where robots hear fewer.
+    where robots receive from fewer.
     """
     s = np.sinc(0.5 * noise / np.pi)
     return float(np.sqrt(s**2 + (1.0 - s**2) / n))

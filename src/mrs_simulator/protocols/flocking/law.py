@@ -321,8 +321,8 @@ class Vicsek(PioneerControl):
     One update for each command: the rate of commands is the model's clock.  A law of the plane: its
     headings and their noise are angles.
 
-    Theorem: no convergence is claimed. While all robots hear all, the mean square of the order is ``s^2
-    + (1 - s^2)/n`` with ``s = sin(eta/2)/(eta/2)``; where they hear fewer it is at most that.
+    Theorem: no convergence is claimed. While all robots receive from all, the mean square of the order is
+    ``s^2 + (1 - s^2)/n`` with ``s = sin(eta/2)/(eta/2)``; where they receive from fewer it is at most that.
     """
 
     PARAMETERS = (

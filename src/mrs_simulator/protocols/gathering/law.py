@@ -42,9 +42,9 @@ ROUNDING = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-] of a 
 class Containment(PioneerControl):
     """Followers average over neighbours, the last robots stand: Ji and others, 2008.
 
-    Theorem: if every follower hears a leader, be it over others, the followers come to ``-L_ff^-1 L_fl
-    p_l``, inside the convex hull of the leaders p_l, which stand; at the rate of the slowest eigenvalue
-    of ``gain L_ff``.
+    Theorem: if every follower receives from a leader, be it over others, the followers come to
+    ``-L_ff^-1 L_fl p_l``, inside the convex hull of the leaders p_l, which stand; at the rate of the
+    slowest eigenvalue of ``gain L_ff``.
     """
 
     PARAMETERS = (
@@ -112,7 +112,7 @@ class Containment(PioneerControl):
             Condition(
                 "all hear a leader",
                 reached,
-                "some follower hears no leader, not even over others",
+                "some follower receives from no leader, not even over others",
                 necessary=True,
             ),
             attracting(self.gain),

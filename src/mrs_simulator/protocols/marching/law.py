@@ -214,7 +214,7 @@ class Marching(Shaped):
         return [
             Condition("straight path", straight, "without feed-forward the lag keeps changing"),
             Condition("no anchor", self.anchor == 0.0, "it changes the lag"),
-            Condition("one leader", alone, "wanted one robot that hears nobody and so leads"),
+            Condition("one leader", alone, "wanted one robot that receives from none and so leads"),
         ]
 
     def _lag(self):
@@ -306,12 +306,12 @@ class Marching(Shaped):
 class LeaderFollower(Shaped):
     """l-psi control: each follower keeps separation and bearing to one robot; Desai et al., 2001.
 
-    The robot that hears nobody leads along the path; a follower knows its leader's ``(v, omega)``.  A law
-    of unicycles in the plane.
+    The robot that receives from none leads along the path; a follower knows its leader's ``(v, omega)``.  A
+    law of unicycles in the plane.
 
     Theorem: linearised by its inputs, the law has separation and bearing decay to what is wanted at the
-    rates ``k1`` and ``k2``, if every follower hears one robot, all are led by one, and that one moves
-    ahead.
+    rates ``k1`` and ``k2``, if every follower receives from one robot, all are led by one, and that one
+    moves ahead.
     """
 
     PARAMETERS = (
@@ -333,7 +333,7 @@ class LeaderFollower(Shaped):
         return copy.copy(self)
 
     def published(self):
-        """Return the law as published; None where robots hear several."""
+        """Return the law as published; None where robots receive from several."""
         weights, places = weights_of(self.topology) > 0.0, self.published_places()
         if weights.sum(axis=1).max() > 1:
             return None
@@ -403,7 +403,9 @@ class LeaderFollower(Shaped):
         conditions = [
             spanning_tree(self.topology),
             Condition(
-                "one leader each", bool(in_degree.max() <= 1), "a follower hears several robots"
+                "one leader each",
+                bool(in_degree.max() <= 1),
+                "a follower receives from several robots",
             ),
             Condition(
                 "k1 and k2 above 0", min(self.k1, self.k2) > 0.0, "errors grow", necessary=True

@@ -56,7 +56,7 @@ class Published:
         return velocity
 
     def over(self, up):
-        """Return this law over the edges that are ``up``, (n, n) bool, rows hear columns; or None."""
+        """Return this law over the edges ``up``, (n, n) bool, rows receive from columns; or None."""
         return None
 
 
@@ -160,7 +160,7 @@ class Averaging(Published):
 
 
 def weights_of(topology):
-    """Return ``a_ij``, (n, n), from the list of edges: rows hear columns."""
+    """Return ``a_ij``, (n, n), from the list of edges: rows receive from columns."""
     weights = np.zeros((topology.n, topology.n))
     for i, j, weight in topology.edges:
         weights[i - 1, j - 1] = weight
@@ -201,7 +201,7 @@ def exact_steps(law, start, period, edges=None, drift=0.0):
     """Yield ``(p, u)``, (n, d) each, at each command: velocities are held for ``period`` [s].
 
     ``drift`` (n, d) [m/s]: by which a current carries the points besides.
-    ``edges``: a :class:`FaultyEdges` over which robots hear each other; each then runs the law on
+    ``edges``: a :class:`FaultyEdges` over which robots receive from each other; each then runs the law on
     what it knows.
     """
     points, step = np.array(start, dtype=float), 0

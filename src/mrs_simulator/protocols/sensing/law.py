@@ -152,7 +152,7 @@ class WallFollowing(Sensing):
     """A line of robots follows a wall to the left, by sonar alone.
 
     The distance to the wall and the angle against it come from the transducers that look straight to the
-    left; those ahead hear the robot in front, to which a gap is kept: ``speed + gain (gap - wanted)``.
+    left; those ahead sense the robot in front, to which a gap is kept: ``speed + gain (gap - wanted)``.
     The first robot has nobody before it, and goes at ``speed``; what is farther than two gaps is nobody.
 
     Theorem: along a straight wall, whose normal is within the cones, errors obey ``e' = -gain e``, each

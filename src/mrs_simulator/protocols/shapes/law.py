@@ -121,10 +121,12 @@ def without_rates(claims, fidelity):
 
 
 def undirected(topology):
-    """Return the condition that robots hear each other with the same weight."""
+    """Return the condition that robots receive from each other with the same weight."""
     adjacency = topology.adjacency()
     holds = bool(np.allclose(adjacency, adjacency.T))
-    return Condition("undirected graph", holds, "some robot is not heard by one that it hears")
+    return Condition(
+        "undirected graph", holds, "some robot does not receive from one to which it sends"
+    )
 
 
 def rigid(places, topology):
@@ -132,7 +134,7 @@ def rigid(places, topology):
 
     That takes 2n - 3 edges in the plane, 3n - 6 in space.
     """
-    pairs = heard_pairs(topology)
+    pairs = linked_pairs(topology)
     wanted = rigid_rank(*places.shape)
     return _fixed(len(places) > 1 and is_infinitesimally_rigid(places, pairs), pairs, wanted)
 
@@ -142,12 +144,12 @@ def rigid_by_bearings(places, topology):
 
     Each edge fixes d - 1 of the d n - d - 1 numbers that are left.
     """
-    pairs, (n, d) = heard_pairs(topology), places.shape
+    pairs, (n, d) = linked_pairs(topology), places.shape
     wanted = -((d + 1 - d * n) // (d - 1))
     return _fixed(n > 1 and is_infinitesimally_bearing_rigid(places, pairs), pairs, wanted)
 
 
-def heard_pairs(topology):
+def linked_pairs(topology):
     """Return the pairs (i, j) of rows, i < j, of which one receives from the other."""
     receiver, sender, _ = topology.arcs
     return sorted({(min(pair), max(pair)) for pair in zip(receiver.tolist(), sender.tolist())})

@@ -8,8 +8,6 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
@@ -19,25 +17,24 @@ from mrs_simulator.nodes.stage.load_topics import LoadTopics
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
+from mrs_simulator.nodes.stage.new_team import with_robots
 from mrs_simulator.nodes.stage.pacing import Pacer
 from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
+from mrs_simulator.nodes.stage.starting import odometry_rate, only_stage
 from mrs_simulator.nodes.stage.status import StatusTopic, named
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
-from mrs_simulator.ros.message_forms.messages import read_robot_specs
 from mrs_simulator.ros.node import node_parameters as declared
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.node.lifecycle import run, spare_garbage_collection, start_node
 from mrs_simulator.ros.node.parameters import is_given, read
 from mrs_simulator.ros.node.requests import Requests
-from mrs_simulator.ros.node.rivals import Rivals, wait_for_end
 from mrs_simulator.ros.node.senders import doubled_text
-from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles import Team, shipped_kinds
+from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import OdometrySchedule, odometry_notes, odometry_steps
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.world.world import World
@@ -46,7 +43,6 @@ IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
 IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated time stands still
 VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
-PREDECESSOR = 5.0  # [s] of wall time that a stage before this one has to end
 MOST_STEPS = 1000000  # [-] of one request
 LOCAL = dict(
     RUN_ARGUMENTS,
@@ -404,20 +400,8 @@ class Stage:
         if len(request.robots) > self._most_robots:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
-        kinds, poses, heights = read_robot_specs(request.robots, DEFAULT_KIND)
-        # A request names no files to be read here but those that the scenario names.
-        kinds = [self._stands_for.get(kind, kind) for kind in kinds]
-        known = {*shipped_kinds(), *self.scenario.own_kinds, *self.scenario.kinds}
-        known.update(self._stands_for.values())
-        for kind in kinds:
-            if kind not in known:
-                raise ValueError(unknown_name("kind", kind, known))
-        robots = {"robots": len(poses), "poses": poses, "altitude": heights}
-        scenario = self.scenario
-        if scenario.topology is not None:
-            scenario = scenario._replace(topology=scenario.topology.for_robots(len(poses)))
-        team = scenario.changed(**robots, model=kinds)
-        self.world.set_team(Team.from_scenario(team), poses, team.altitude)
+        team = with_robots(self.scenario, request.robots, self._stands_for)
+        self.world.set_team(Team.from_scenario(team), team.poses, team.altitude)
         self.scenario = team
         self._after_change()
         if self.view is not None:
@@ -444,36 +428,6 @@ class Stage:
         self.sensors.begin(self.world)
         self.sensors.tell(self.world)
         self._tell_odometry()
-
-
-def odometry_rate(scenario, usual):
-    """Return the rate of odometry [Hz], or "kinds": the scenario's, or ``~odom_rate``, else ``usual``."""
-    if scenario.odometry_rate is None:
-        return read(declared.ODOM_RATE, usual)
-    if is_given(declared.ODOM_RATE):
-        raise ValueError(
-            "odom_rate = {:g}: the scenario's odometry_rate is {}; wanted one of them".format(
-                read(declared.ODOM_RATE), scenario.odometry_rate
-            )
-        )
-    return scenario.odometry_rate
-
-
-@explained_by("docs/troubleshooting.md#on-ros")
-def only_stage():
-    """Return the ``Rivals`` on /clock; ``ValueError`` names another node that tells the time.
-
-    One that is about to end, as in a restart, is waited for.
-    """
-    rivals = Rivals(["/clock"])
-    if not wait_for_end(rivals, PREDECESSOR):
-        other = next(node for node in rivals.found()["/clock"] if node != rospy.get_name())
-        raise ValueError(
-            "/clock: {0} publishes it already, and simulates; end it first (rosnode kill {0})".format(
-                other
-            )
-        )
-    return rivals
 
 
 def main():

@@ -22,11 +22,14 @@ from mrs_simulator.world.motion import wheeled
 from mrs_simulator.world.motion.dynamic import DynamicMotion
 
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
-RUNS = ("marching", "paper_dynamic")
+RUNS = {"marching": 30.0, "paper_dynamic": 60.0}  # [s]
 ROBOT, BEGIN, LATE = 2, 2.0, 0.4  # row; [s]; [s]
-BOUNDED = {
-    "slippery floor": "wheels hold as long as commands ask for less than the friction gives",
-    "weak motors": "motors hold their speeds as long as these take less than their torque",
+BOUNDED = {  # what goes unnoticed, and why
+    (
+        "creeping",
+        "marching",
+    ): "at even speed a bias of 3 cm/s and a gain within the spread look alike",
+    ("dead band", "marching"): "no wheel is commanded to less than the dead band",
 }
 
 
@@ -121,7 +124,7 @@ def line(fault, name, verdict):
     said = [
         "{} {:.3g} ({})".format(c["name"], c["measured"] or 0.0, c["note"]) for c in failed[-2:]
     ]
-    more = "; ".join(said) or BOUNDED.get(fault, "")
+    more = "; ".join(said) or BOUNDED.get((fault, name), "")
     row = "| {} | {} | {} | {} | {} |"
     return row.format(fault or "none", name, verdict["outcome"], len(failed), more)
 
@@ -133,11 +136,11 @@ def main():
     faults, wrong = parser.parse_args().faults or list(FAULTS), 0
     print("| fault | run | outcome | failed | of which |\n|---|---|---|---|---|")
     for fault in [None, *faults]:
-        for name in RUNS:
-            verdict = verdict_of(scenario_of(name), fault)
+        for name, duration in RUNS.items():
+            verdict = verdict_of(scenario_of(name, duration), fault)
             print(line(fault, name, verdict), flush=True)
             unnoticed = verdict["outcome"] != "failed"
-            wrong += unnoticed is (fault is not None) and fault not in BOUNDED
+            wrong += unnoticed is (fault is not None) and (fault, name) not in BOUNDED
     sys.exit(1 if wrong else 0)
 
 

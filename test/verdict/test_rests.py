@@ -57,3 +57,12 @@ def test_odometry_with_declared_errors_fails_no_theorem(tmp_path):
     verdict = verdict_of(shipped("paper", duration=60.0, **noisy), tmp_path)
     assert not failed(verdict) and verdict["outcome"] == "not_judged"
     assert "estimates: odometry" in check(verdict, "final gap")["note"]
+
+
+def test_a_claim_that_a_mismatch_costs_too_much_is_not_judged(tmp_path):
+    late = {"speed": 0.98, "delay": 0.1}
+    verdict = verdict_of(
+        shipped("marching", duration=20.0, fidelity="kinematic", mismatch=late), tmp_path
+    )
+    drift = check(verdict, "drift of the centre from the path")
+    assert drift["passed"] is None and "mismatch" in drift["note"], drift

@@ -148,7 +148,10 @@ def test_robots_that_touch_are_told_and_their_law_is_judged_before(tmp_path):
         shipped("consensus", fidelity="kinematic", limits="top", duration=15.0), saturation="robot"
     )
     right, wrong = verdict_of(given, tmp_path), verdict_of(given, tmp_path, OneStands)
-    assert failed(right) == ["collisions"]
+    assert (
+        failed(right) == []
+        and "theory leads their points there" in check(right, "collisions")["note"]
+    )
     note = check(right, "distance from agreement")["note"]
     assert note.startswith("does not apply: robot") and " touched at " in note
     followed = check(right, "largest distance from the law on these robots")
@@ -217,3 +220,28 @@ def test_collisions_say_who_and_when(tmp_path):
     given = controlled(given, parameters={"l": 0.1})
     collisions = check(verdict_of(given, tmp_path, TwoMeet), "collisions")
     assert collisions["note"].startswith("robot1 and robot2 at ") and "s" in collisions["note"]
+    assert collisions["passed"] is False
+
+
+def test_what_the_dead_band_holds_still_decays_no_more(tmp_path):
+    given = shipped("displacement_formation", fidelity="kinematic")
+    verdict = verdict_of(controlled(given, deadband=0.01), tmp_path)
+    rate = check(verdict, "decay rate")
+    assert rate["passed"] is None and "the dead band 0.01 holds robots still" in rate["note"], rate
+
+
+class Gathering(PioneerControl):
+    def pointMassLaw(self, hand):
+        return 0.5 * (hand.mean(axis=0) - hand)
+
+    def claims(self, start):
+        return [converges_to(start.mean(axis=0))]
+
+
+def test_a_claim_that_limits_move_says_how_to_allow_them(tmp_path):
+    given = shipped(
+        "displacement_formation", duration=12.0, limits={"v_max": 0.3, "omega_max": 1.0}
+    )
+    given = controlled(given, saturation="robot", parameters={"l": 0.1})
+    one = check(verdict_of(given, tmp_path, Gathering), "final distance")
+    assert one["passed"] is False and "say free=True" in one["note"], one

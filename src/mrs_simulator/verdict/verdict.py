@@ -22,6 +22,8 @@ from mrs_simulator.record.recording import closest_approach, part_of
 from mrs_simulator.record.run_changes import changes_text
 from mrs_simulator.scenario.incidents import ARM_END, SATURATED
 from mrs_simulator.scenario.reading import reason
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
+from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.requirements.results import requirement_lines, summary
 from mrs_simulator.verdict.user_values import plain
 from mrs_simulator.verdict.verdict_file import read_verdict
@@ -45,6 +47,14 @@ MOST_COLLISIONS = 3  # [-] that are told in words
 FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
 TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
+STILLED = "does not apply: the dead band {:g} holds robots still, which costs {:.3g}"
+DISOBEYED = "does not apply: the scenario's mismatch costs {:.3g}"
+UNFREE = (
+    "{}: where that moves what is claimed, say free=True, and it is judged of the rest of the run"
+)
+LED = (
+    "theory leads their points there; wanted fidelity: point_mass, or places that are farther apart"
+)
 COST = "held commands and limits cost {:.3g} of the tolerance"
 SLIP = "robots that slip as recorded are {:.3g} off under the published law"
 OTHERWISE = "under the published law robots that slip so have {:.4g}"
@@ -138,7 +148,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedienc
     checks += _obeyed(run, obedience)
     warnings = [*run.meta.get("warnings", []), *filter(None, [_changes(run)])]
     checks += _deadlock(run)
-    checks.append(_collisions(run))
+    checks.append(_collisions(run, theory.exact))
     checks += _incidents(run)
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
@@ -258,13 +268,30 @@ def exit_code(verdict, required=False):
     return {PASSED: 0, FAILED: 1, NOT_JUDGED: unjudged}[outcome_of(verdict)]
 
 
-def _collisions(run):
+def _collisions(run, exact=None):
+    """Return the check of collisions, which fails unless theory's points, ``exact``, lead there."""
     if run.meta.get("collisions_unknown"):
         return Check("collisions", 0, None, 0, None, note="nobody told of any")
     check = _compare("collisions", 0, len(run.collisions), 0, "equal")
     told = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
     more = ", ..." if len(told) > MOST_COLLISIONS else ""
-    return check._replace(note=", ".join(told[:MOST_COLLISIONS]) + more)
+    note = ", ".join(told[:MOST_COLLISIONS]) + more
+    if run.collisions and all(_is_led_to(c, run, exact) for c in run.collisions):
+        return check._replace(passed=None, note=_joined(note, LED))
+    return check._replace(note=note)
+
+
+def _is_led_to(collision, run, exact):
+    """Return whether the points of the run ``exact`` come nearer than the bodies of a ``collision`` are."""
+    rows = {"robot{:g}".format(number): row for row, number in enumerate(run.robots)}
+    pair = [rows.get(name) for name in (collision.first, collision.second)]
+    if exact is None or run.scenario is None or None in pair:
+        return False
+    team = Team.from_scenario(run.scenario)
+    bodies = [team.kinds[row].body for row in pair]
+    inner = sum(min(body.front, body.rear, 0.5 * body.width) for body in bodies)
+    first, second = (exact.hand[:, row] for row in pair)
+    return bool(np.linalg.norm(first - second, axis=1).min() < inner)
 
 
 def _incidents(run):
@@ -381,6 +408,8 @@ def _judged(run, claim, theory):
         if claim.free and theory.limited:
             return _judged_late(run, claim, theory)
         check = measured_of(run, claim)
+        if check.passed is False and theory.limited:
+            check = check._replace(note=_joined(check.note, UNFREE.format(theory.limited)))
         if short and check.passed is not None and not check.note.startswith(BROKEN):
             check = check._replace(passed=None, note=short)
         return check
@@ -405,6 +434,12 @@ def _within_cost(run, claim, theory, cost, why):
     check = measured_of(run, claim._replace(tolerance=own + cost))
     if check.passed is None or cost <= own:
         return check
+    if cost > claim.tolerance and run.scenario is not None:
+        deadband = run.scenario.control.deadband
+        if deadband:
+            return check._replace(passed=None, note=STILLED.format(deadband, cost))
+        if run.scenario.mismatch != NO_MISMATCH:
+            return check._replace(passed=None, note=DISOBEYED.format(cost))
     if cost > TOO_COSTLY * claim.tolerance:
         check = measured_of(run, claim)
         return check._replace(note=_joined(check.note, COSTLY.format(cost)))

@@ -21,6 +21,7 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 POINTS, ROBOTS = "points", "robots"
+SCENARIOS = {"formation": "paper_four"}  # of protocols without one of their name
 
 
 def scenarios(names):
@@ -46,7 +47,7 @@ def _unnoticed(name, mode):
     from mrs_simulator.study.run.experiment import perform
     from mrs_simulator.verdict.judging import judged
 
-    scenario = load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml"))
+    scenario = load_scenario(os.path.join(ROOT, "scenarios", SCENARIOS.get(name, name) + ".yaml"))
     with tempfile.TemporaryDirectory() as out:
         run, control = perform(_moved(scenario, mode), out)
     right = judged(run, control)[0]

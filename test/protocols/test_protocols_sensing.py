@@ -5,6 +5,7 @@ import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
 from mrs_simulator.protocols.exploration import equations as floors
+from mrs_simulator.protocols.exploration.law import Exploration
 from mrs_simulator.protocols.sensing import equations as laws
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, wall
 from mrs_simulator.sensors.types.ranging import RangeReading
@@ -210,3 +211,26 @@ def test_a_robot_that_goes_beyond_its_bound_is_noticed(tmp_path, monkeypatch):
 def test_transducers_that_fire_in_turns_are_not_judged(tmp_path):
     found = off_the_law(tmp_path, "wall_following", sensors=[{"mounts": {"sonar": {"turns": 4}}}])
     assert found == (None, None)
+
+
+def test_commands_of_exploration_follow_from_what_its_lasers_should_have_read(tmp_path):
+    error, passed = off_the_law(tmp_path, "exploration", duration=1.5)
+    assert passed and error < 1e-9
+
+
+@pytest.mark.parametrize(
+    "name, wrong",
+    [
+        ("_towards", lambda right: lambda self, *given: 1.03 * right(self, *given)),
+        ("_waits", lambda right: lambda self, hand, u: np.zeros(len(hand), dtype=bool)),
+    ],
+)
+def test_explorers_that_go_too_fast_or_do_not_wait_are_noticed(tmp_path, monkeypatch, name, wrong):
+    monkeypatch.setattr(Exploration, name, wrong(getattr(Exploration, name)))
+    assert off_the_law(tmp_path, "exploration", duration=1.0)[1] is False
+
+
+def test_explorers_that_do_not_share_the_floor_are_noticed(tmp_path, monkeypatch):
+    right = floors.beside
+    monkeypatch.setattr(floors, "beside", lambda *given: np.round(right(*given)))
+    assert off_the_law(tmp_path, "exploration", duration=1.0)[1] is False

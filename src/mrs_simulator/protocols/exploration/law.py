@@ -8,6 +8,7 @@ from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.exploration import equations as floors
+from mrs_simulator.protocols.exploration import published
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
@@ -136,6 +137,12 @@ class Exploration(PioneerControl):
         way = then - point
         far = np.hypot(*way)
         return min(self.speed, far / self.period) / max(far, 1e-9) * way
+
+    def published(self):
+        """Return the law by what each laser should have read."""
+        if not self.obstacles:
+            return None
+        return published.Exploration(self.speed, self.cell, self.room, self.apart)
 
     # What the verdict measures -------------------------------------------------------------------
 

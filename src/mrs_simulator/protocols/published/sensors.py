@@ -188,7 +188,10 @@ def _echoes(record, robot, mount, row, noise):
         places, half = np.full(settings.rays, complex(*mount.place[:2])), 0.0
     eye, ahead = z + places * np.exp(1j * theta), np.exp(1j * (theta + directions))
     found = np.full(len(places), np.inf)
+    reach = settings.most + abs(eye - eye[0]).max()
     for shape in record.shapes(row, (robot,), mount.place[2]):
+        if abs(_nearest(shape, eye[:1]) - eye[0])[0] > reach:
+            continue
         own_range = _in_cone(shape, eye, ahead, half) if half else _along(shape, eye, ahead)
         found = np.minimum(found, own_range)
     found[found > settings.most] = np.inf

@@ -99,8 +99,7 @@ def real_time_factor(
 def recorded_ones(experiment, samples, stack):
     """Yield ``samples`` as they are written to a run.csv, until ``stack`` is left."""
     folder = stack.enter_context(tempfile.TemporaryDirectory())
-    numbers, scenario = experiment.control.numbers, experiment.scenario
-    layout = experiment.control.team.layout(lambda column: column.given(scenario))
+    numbers, layout = experiment.control.numbers, experiment.layout
     path = os.path.join(folder, "run.csv")
     recorder = stack.enter_context(Recorder(path, numbers, layout=layout))
     for stamp, pose, command in samples:

@@ -64,3 +64,14 @@ def test_names_are_those_of_columns():
     assert all(name == column.name for name, column in COLUMNS.items())
     csv = [name for column in RECORDED for name in column.names(2, ("linear.x",))]
     assert len(set(csv)) == len(csv)
+
+
+def test_the_page_has_the_declared_columns():
+    import os
+    import runpy
+
+    docs = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(__file__))), "docs")
+    made = runpy.run_path(os.path.join(docs, "make_columns.py"))
+    with open(os.path.join(docs, "scenarios.md"), encoding="utf-8") as page:
+        text = page.read()
+    assert made["with_table"](text) == text, "python3 docs/make_columns.py brings it up to date"

@@ -43,6 +43,7 @@ class Column(NamedTuple):
     message: Tuple[
         str, ...
     ] = ()  # fields of ``TeamState``, one for each number or one array for all
+    over_ros: bool = True  # whether the record node has it; else runs without ROS alone
     of_team: bool = False  # one value for all robots
     is_flat: bool = True  # (n,) where each robot has one number, else (n, 1)
     kind: type = float  # of its numbers
@@ -127,8 +128,9 @@ COMMAND = Column(
     "command",
     command_names,
     "m/s, rad/s",
-    "the command held from that time on: `v`, `omega` of unicycles; of any other team each component of "
-    "`geometry_msgs/Twist` that one of its robots obeys, and arms' rates; 0 for a robot that does not",
+    "the command held from that time on; any team but one of unicycles has a column for each component of "
+    "`geometry_msgs/Twist` that a robot obeys, such as `linear.y`, and for arms' rates, `arm.1`, ...; 0 "
+    "for a robot that does not",
     of=lambda team: len(team.axes),
     is_flat=False,
 )
@@ -145,7 +147,7 @@ JOINTS = Column(
     "joints",
     joint_names,
     "rad",
-    "the steering angle, 0 for a robot without; the further joints of a robot",
+    "the steering angle, 0 for a robot without; then, `joint.2`, ..., further joints of a robot",
     "a team with steered wheels, or with arms",
     joint_count,
     message=("joint",),

@@ -63,7 +63,7 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
-        layout = self.control.team.layout(lambda column: column.given(scenario))
+        layout = self.control.team.layout(lambda column: column.over_ros and column.given(scenario))
         self._file = begin_run(scenario, out, tell=_tell, layout=layout)
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:

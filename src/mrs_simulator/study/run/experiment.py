@@ -22,6 +22,7 @@ from mrs_simulator.record.recording import write_facts
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.sensors.pose_filter.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.state.layout import basic_layout
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw.figure_process import drawing
 from mrs_simulator.study.results.provenance import write_provenance
@@ -57,7 +58,8 @@ class Experiment:
         """Make control, sensors and estimator of the world's robots."""
         scenario = self.scenario
         self.control = make_control(scenario, protocol)
-        self._has_hands = self.control.team.is_of_unicycles
+        self.layout = self.control.team.layout(lambda column: column.given(scenario))
+        self._is_basic = {*self.layout.widths} - {("estimate", 3)} == {*basic_layout().widths}
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
         self.estimator = Estimator.of_scenario(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
@@ -257,7 +259,7 @@ class Experiment:
     def state(self, pose, command):
         """Return the ``StateTable`` to record of robots now at ``pose`` (n, 3) under ``command`` (n, a)."""
         estimate, world = self.estimator and self.estimator.pose, self.world
-        if self._has_hands:  # hand points, which the recorder finds
+        if self._is_basic:  # hand points, which the recorder finds
             return StateTable(world.time, pose=pose, command=command, estimate=estimate)
         state = world.state().replace(pose=pose, command=command, estimate=estimate)
         return world.team.recorded(state, self.control.l)
@@ -328,8 +330,11 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    layout = experiment.control.team.layout(lambda column: column.given(scenario))
-    kept = {"layout": layout, "kept": _samples_of(scenario), "memory": apart and apart.memory}
+    kept = {
+        "layout": experiment.layout,
+        "kept": _samples_of(scenario),
+        "memory": apart and apart.memory,
+    }
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         sensors = experiment.record_sensors(out, _tell)
         if apart is not None:

@@ -111,16 +111,17 @@ class Experiment:
         if self._can_leap():
             yield from self._leaping(steps)
             return
+        command_every, record_every = scenario.steps_per_command, scenario.steps_per_record
         while self._step < steps:
             if self._step >= 0:
                 self._advance()
             self._step += 1
             self._read(self._step)
-            if self._step % scenario.steps_per_command == 0:
+            if self._step % command_every == 0:
                 self._command_all()
             if self.trace is not None:
                 self.trace.add()
-            if self._step % scenario.steps_per_record == 0:
+            if self._step % record_every == 0:
                 yield self._sample()
 
     def _advance(self):

@@ -2,10 +2,11 @@
 
 from collections import Counter
 
+from mrs_simulator.verdict.obedience import NAMES
 from mrs_simulator.verdict.verdict import HOLDS
 
 POINTS, LIMITED, WHEELS = "points", "points within limits", "robots"
-NOT_CLAIMS = ("collisions", "ended")  # checks that are no protocol's
+NOT_CLAIMS = ("collisions", "ended", *NAMES)  # checks that are no protocol's
 MOST_LINES = 8  # of failures of one kind
 
 

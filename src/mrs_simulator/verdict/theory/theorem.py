@@ -15,6 +15,7 @@ from mrs_simulator.verdict.verdict import BROKEN, measured_of
 SETTLED = 1e-3  # [-] of its tolerance, by which what has settled changes at most while time doubles
 SOONEST = 5.0  # [s] before which nothing counts as settled
 LOOKED_BACK = 2  # times that a run is halved, to see whether its end has changed since
+FEWEST_SEEN = 20  # [-] samples of a run of which earlier parts are looked at
 MOST_PAIRS = 2e7  # [-] pairs of robots over all commands of the longest solution: a second or two
 MOST_SAMPLES = 40000  # [-] of a longer solution
 NUDGE = 1e-9  # [m] by which a start is moved to see whether the solution is chaotic
@@ -69,7 +70,8 @@ class Points:
             return HOLDS
         if self._is_random():
             return Answer(None, BY_CHANCE.format(_had(check)))
-        seen = [measured_of(self._until(2.0**-k), claim) for k in range(LOOKED_BACK, 0, -1)]
+        back = LOOKED_BACK if len(self.exact.time) >= FEWEST_SEEN else 0
+        seen = [measured_of(self._until(2.0**-k), claim) for k in range(back, 0, -1)]
         return self._followed(claim, [*seen, check])
 
     def _followed(self, claim, seen):
@@ -150,7 +152,7 @@ class Points:
 
     def _until(self, share):
         """Return the first part of the solution, ``share`` [-] of its samples."""
-        return part_of(self.exact, slice(0, max(1, int(share * len(self.exact.time)))))
+        return part_of(self.exact, slice(0, int(share * len(self.exact.time))))
 
     def _for(self, share, beside=None, commands=1):
         """Return the solution over ``share`` times the run, None where it is too long or not finite.

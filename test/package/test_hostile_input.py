@@ -250,7 +250,7 @@ def test_a_bag_s_scenario_is_bounded_as_a_file_is(tmp_path):
 
 
 def test_a_bag_of_impossible_poses_is_refused(tmp_path):
-    with pytest.raises(RunError, match="run.bag: at 1.000 s a pose or command is not finite"):
+    with pytest.raises(RunError, match="run.bag: at 1.000 s a pose is not finite"):
         read_run(bag_of(str(tmp_path / "run.bag"), poses=[(np.nan, 0.0, 0.0)]))
 
 

@@ -231,7 +231,16 @@ def test_a_run_as_predicted_passes_with_typed_out_measures():
     assert result["settle_time"] == pytest.approx(34.8)
     assert result["min_distance"] == pytest.approx(2.0, abs=1e-3)
     np.testing.assert_allclose(result["final_gaps"], 2.0, atol=1e-3)
-    wanted = {"name", "predicted", "measured", "tolerance", "passed", "difference", "note"}
+    wanted = {
+        "name",
+        "question",
+        "predicted",
+        "measured",
+        "tolerance",
+        "passed",
+        "difference",
+        "note",
+    }
     assert set(result["checks"][0]) == wanted
 
 

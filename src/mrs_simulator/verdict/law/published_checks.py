@@ -15,6 +15,7 @@ from mrs_simulator.verdict.law.sensed_commands import sensed_pairs
 from mrs_simulator.verdict.theory.exact_runs import (
     faulty_edges,
     is_blind,
+    law_of_few,
     published_law,
     robots_run,
 )
@@ -72,7 +73,8 @@ def exactness_claims(control, run, exact, followed=None):
 
 def _by_sensors(control, run):
     """Return the claim on the commands of a law by sensors, a list."""
-    law = control.published() if are_stated(control.team) and run.scenario is not None else None
+    stated = control.SENSORS and are_stated(control.team) and run.scenario is not None
+    law = law_of_few(control) if stated else None
     if law is None or law.SEES != "sensors" or control.dimension != 2:
         return []
     unproved = "" if run.meta.get("lockstep") else UNREAD

@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.requirements import SIGNALS
@@ -21,7 +22,9 @@ def listing():
 @printing
 def main(argv=None):
     """Print the signals; of a scenario, its requirements too; exit with 2 where it cannot be read."""
-    parser = argparse.ArgumentParser(description="List the signals of requirements.")
+    parser = argparse.ArgumentParser(
+        prog=program("requirements"), description="List the signals of requirements."
+    )
     parser.add_argument("scenario", nargs="?", help="whose requirements are read and printed, too")
     parser.add_argument("--list", action="store_true", help="as without it: print the signals")
     arguments = parser.parse_args(argv)

@@ -28,8 +28,13 @@ MOST_STEPS = 200000  # [-] of robots that speed up in ramps, each a step of the 
 
 def published_law(control):
     """Return the published law of ``control``; None for teams too large for it, and for laws by sensors."""
-    law = control.published() if len(control.numbers) <= MOST_ROBOTS else None
+    law = law_of_few(control)
     return None if law is not None and law.SEES == "sensors" else law
+
+
+def law_of_few(control):
+    """Return the published law of ``control``, by sensors or not; None for teams too large for it."""
+    return control.published() if len(control.numbers) <= MOST_ROBOTS else None
 
 
 def faulty_edges(control):

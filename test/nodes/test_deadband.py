@@ -23,7 +23,7 @@ def lab(deadband=BAND, **more):
 
 def test_a_scenario_has_a_dead_band_where_it_says_so():
     plain = lab(0.0).to_dict()
-    assert "deadband" not in plain["control"]
+    assert plain["control"]["deadband"] == 0.0
     plain["control"]["deadband"] = BAND
     assert scenario_from_dict(plain).control.deadband == BAND
     assert scenario_from_dict(plain).to_dict() == plain

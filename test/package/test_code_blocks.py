@@ -127,4 +127,4 @@ def help_of(program, capsys):
         return ["--" + argument for argument in PARAMETERS] + ["--help"]
     with pytest.raises(SystemExit):
         main([program, "--help"])
-    return re.findall(r"--[a-z_]+", capsys.readouterr().out)
+    return re.findall(r"--[a-z_-]+", capsys.readouterr().out)

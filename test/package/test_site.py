@@ -97,8 +97,10 @@ def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("name", ["figures.md"])
 def test_python_on_a_page_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (code,) = re.findall(r"```python\n(.*?)```", page(name), re.S)
-    exec(compile(code, name, "exec"), {"__name__": "page"})
+    codes = re.findall(r"```python\n(.*?)```", page(name), re.S)
+    assert codes
+    for code in codes:
+        exec(compile(code, name, "exec"), {"__name__": "page"})
 
 
 @pytest.mark.release

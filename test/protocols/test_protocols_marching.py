@@ -237,7 +237,7 @@ class WrongSign(Marching):
     [("marching", NoFeedForward), ("marching", WrongSign), ("marching_patrol", NoFeedForward)],
 )
 def test_a_broken_march_fails(tmp_path, name, protocol):
-    verdict = verdict_of(shipped(name, duration=15.0), tmp_path, protocol)
+    verdict = verdict_of(shipped(name, duration=20.0), tmp_path, protocol)
     steady = check(verdict, "steady displacement error")
     touched = "touched at" in steady["note"]  # and so no theorem speaks of the rest
     assert steady["name"] in failed(verdict) or touched

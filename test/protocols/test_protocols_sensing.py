@@ -150,7 +150,8 @@ def test_a_team_looks_at_a_whole_floor(tmp_path):
 def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):
     law = "mrs_simulator.protocols.exploration.law.Exploration._towards"
     monkeypatch.setattr(law, lambda control, row, point: np.zeros(2))
-    assert failed(verdict_of(corridor(18.0), tmp_path)) == ["share of the floor that is seen [-]"]
+    wrong = failed(verdict_of(corridor(18.0), tmp_path))
+    assert wrong == ["share of the floor that is seen [-]", COMMANDS]
     early = check(verdict_of(corridor(2.0), tmp_path), "share of the floor")
     assert early["passed"] is None and "wanted a run of" in early["note"]
 

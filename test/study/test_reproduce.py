@@ -67,7 +67,7 @@ def test_the_same_bytes_are_made_again(run, capsys):
 
 
 def test_what_has_changed_is_named(made, run, capsys):
-    (made / "helper.py").write_text("GAIN = 0.6\n")
+    (made / "helper.py").write_text("GAIN = 0.75\n")
     code, said = reproduced(run / "run.csv", capsys)
     assert code == 1 and "run.csv: other bytes\n" in said
     assert "changed: {} is another".format(made / "helper.py") in said and "law.py" not in said

@@ -351,7 +351,7 @@ def test_a_cluster_gives_the_same_table_and_resumes(tmp_path, cluster, monkeypat
     axes = ["--sweep", "seed=0..1", "--sweep", "duration=1.0,2.0"]
     with pytest.raises(SystemExit):
         main(arguments + axes)
-    assert "4 of 4 runs passed" in capsys.readouterr().out
+    assert "0 of 4 runs passed, 4 not judged" in capsys.readouterr().out
     assert done.stat().st_mtime_ns == stamp
     assert tidy(tmp_path / "cluster") == tidy(tmp_path / "cores") and len(tidy("cluster")) == 4
     for name, _, _ in runs:
@@ -481,7 +481,7 @@ def test_the_command(tmp_path, capsys):
         main(arguments + ["--jobs", "2"])
     assert ended.value.code == 0  # as far as theory has come by then
     said = capsys.readouterr().out
-    assert "2 of 2 runs passed\n" in said and "figure: " in said
+    assert "0 of 2 runs passed, 2 not judged\n" in said and "figure: " in said
     with pytest.raises(SystemExit):
         main([*arguments[:-2], "--duration", "2", "--protocol", "consensus"])
     assert len(list(tmp_path.glob("*/verdict.json"))) == 4

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from protocol_fixtures import check, shipped, verdict_of
+from protocol_fixtures import check, failed, shipped, verdict_of
 
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.scenario.surroundings.environment import Environment
@@ -127,7 +127,8 @@ def test_a_groups_part_is_written_to_axes_that_lie_apart():
 def test_the_team_on_the_shore_passes_its_verdict(tmp_path):
     verdict = verdict_of(shipped("shore", fidelity="dynamic", duration=2.0), tmp_path)
     assert check(verdict, "commands off the published law [-]")["passed"]
-    assert verdict["passed"]
+    # Of the whole, 80 s, the theorem is tested where shipped scenarios are.
+    assert not failed(verdict) and "the theorem is not tested" in verdict["reason"]
 
 
 def test_what_is_late_for_ever_is_judged_once_that_costs_nothing(tmp_path):

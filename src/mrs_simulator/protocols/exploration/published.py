@@ -143,7 +143,8 @@ class _Team:
         way = self.grid.middles - (complex(pose[0], pose[1]) + scan.places[0] * turn)
         rays = len(scan.directions)
         between = (scan.directions[-1] - scan.directions[0]) / max(1, rays - 1) or 1.0
-        bearing = np.angle(way) - pose[2] - scan.directions[0]
+        # Of copies: numpy takes another sine of arrays with gaps.
+        bearing = np.arctan2(way.imag.copy(), way.real.copy()) - pose[2] - scan.directions[0]
         ray = np.round(np.mod(bearing + np.pi * 1e-9, 2.0 * np.pi) / between).astype(int)
         free = np.where(np.isfinite(scan.ranges), scan.ranges, scan.most)
         free = np.where(np.isnan(scan.ranges), 0.0, free)

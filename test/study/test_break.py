@@ -69,6 +69,21 @@ def test_the_threshold_of_held_commands_is_found_without_being_told(
     assert first.read_bytes() == second.read_bytes()
 
 
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (["--width", "wide"], "width 'wide'"),
+        (["--vary", "seed"], "wanted"),
+        (["--vary", "control.rate=[1, 2"], "not valid YAML"),
+    ],
+)
+def test_bad_input_is_named_before_anything_runs(path, tmp_path, capsys, options, message):
+    assert run(break_, path, "--out", tmp_path / "out", *options) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("break: ") and message in said and "Traceback" not in said
+    assert not (tmp_path / "out").exists()
+
+
 def test_nothing_found_is_no_proof(path, tmp_path, capsys):
     out = tmp_path / "out"
     options = "--vary", "control.parameters.gain=[0.5, 2]", "--optimiser", "random"

@@ -4,19 +4,15 @@ import argparse
 import json
 import math
 import os
-import sys
 
 import numpy as np
 
-from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
-from mrs_simulator.protocols.loading import ProtocolError
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import SEED
-from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.assurance import clean_runs, log_evidence, lower_bound
-from mrs_simulator.study.search.break_command import BAD_INPUT, add_search, opened
+from mrs_simulator.study.search.break_command import add_search, exit_with, opened
 from mrs_simulator.study.search.space import varied_scenario
 
 SHOWN, NOT_SHOWN = 0, 1  # exit codes
@@ -27,12 +23,7 @@ REPORT, FAILED = "assurance.json", "failed.yaml"
 @printing
 def main(argv=None):
     """Draw runs as the command line says; exit with 0 where it is shown, with 1 where it is not."""
-    arguments = _arguments(argv)
-    try:
-        sys.exit(assure(arguments))
-    except (ScenarioError, ProtocolError, SweepError, OSError) as error:
-        print("assure: {}".format(with_page(error)), file=sys.stderr)
-        sys.exit(BAD_INPUT)
+    exit_with("assure", assure, _arguments(argv))
 
 
 def _arguments(argv):

@@ -8,8 +8,7 @@ import sys
 from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
-from mrs_simulator.protocols.loading import ProtocolError
-from mrs_simulator.scenario.reading import ScenarioError, load_yaml, parse_yaml
+from mrs_simulator.scenario.reading import load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.scenario.shipped import scenario_path
@@ -28,11 +27,15 @@ BROKEN, HELD = 1, 0
 @printing
 def main(argv=None):
     """Search as the command line says; exit with 1 where a run breaks a requirement, else with 0."""
-    arguments = _arguments(argv)
+    exit_with("break", break_scenario, _arguments(argv))
+
+
+def exit_with(name, work, arguments):
+    """Exit with what ``work(arguments)`` returns, or say what is wrong with its input."""
     try:
-        sys.exit(break_scenario(arguments))
-    except (ScenarioError, ProtocolError, SweepError, OSError) as error:
-        print("break: {}".format(with_page(error)), file=sys.stderr)
+        sys.exit(work(arguments))
+    except (ValueError, OSError) as error:
+        print("{}: {}".format(name, with_page(error)), file=sys.stderr)
         sys.exit(BAD_INPUT)
 
 
@@ -91,7 +94,7 @@ def optimiser_of(wanted):
 
 def break_scenario(arguments):
     """Search and write what was found; return the exit code."""
-    search = opened(arguments)
+    search, (look, formats) = opened(arguments), look_of(arguments)
     optimiser = optimiser_of(arguments.optimiser)
     os.makedirs(arguments.out, exist_ok=True)
     search.nominal()
@@ -121,7 +124,6 @@ def break_scenario(arguments):
     )
     _write(report, arguments.out)
     scenario = _write_scenario(search, found, arguments.out)
-    look, formats = look_of(arguments)
     run_experiment(scenario, os.path.join(arguments.out, RUN), formats=formats, look=look)
     print("\n".join(story_of(found, report, arguments.out)))
     return BROKEN

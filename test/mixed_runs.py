@@ -17,7 +17,14 @@ IN_GUI = """
 gui.bar.set_speed(0)
 click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
+# At full speed a run may be half over before the GUI receives from a new node: time waits for it.
+click("pause")
+until(lambda: gui.connection.newest("stage").paused)
 click("control")
+until(lambda: gui.study.is_controlled())
+connected = time.monotonic() + 0.3
+until(lambda: time.monotonic() > connected)
+click("pause")
 span = float(sys.argv[2])
 def done():
     begun = gui.history.begun

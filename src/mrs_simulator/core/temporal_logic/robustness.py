@@ -305,27 +305,29 @@ class _Evaluation:
         """Return its margins: (m,), or (k, m) of members; of others' members the least, (m,)."""
         domain = self.domain_of(predicate)
         if domain in (None, self.domain):
-            return self._margins(predicate, self.rows if domain else None)
-        parts = [self._margins(predicate, rows).min(axis=0) for rows in self._chunks(domain)]
-        return np.min(parts, axis=0) if parts else np.full(len(self.time), np.inf)
+            least = self._margins(predicate, self.rows if domain else None)
+        else:
+            parts = [self._margins(predicate, rows).min(axis=0) for rows in self._chunks(domain)]
+            least = np.min(parts, axis=0) if parts else np.full(len(self.time), np.inf)
+        return least / _scale(predicate) if self.scaled else least
 
     def domain_of(self, predicate):
         """Return the domain of whose members the ``predicate``'s signals are, None for the team's."""
         domains = {self.signals[name].domain for name in predicate.signals} - {None}
         return domains.pop() if domains else None
 
-    def _margins(self, predicate, rows, scaled=None):
-        """Return what the ``predicate`` has to spare, of the members ``rows`` of its domain."""
+    def _margins(self, predicate, rows):
+        """Return what the ``predicate`` has to spare [its unit], of the members ``rows`` of its domain."""
         total = 0.0
         for term in predicate.terms:
             if term.signal is None:
-                total = total + term.factor * (UNITS[term.unit].factor if term.unit else 1.0)
+                total = total + _constant(term)
                 continue
             signal = self.signals[term.signal]
             values = np.asarray(signal.values, dtype=float)
             values = values if signal.domain is None or rows is None else values[rows]
             total = total + term.factor * (np.abs(values) if term.absolute else values)
-        return total / _scale(predicate) if self.scaled and scaled is None else total
+        return total
 
     # What decides it ----------------------------------------------------------------------------
 
@@ -375,9 +377,8 @@ class _Evaluation:
         first, end = int(windows.begin[row]), int(windows.end[row])
         held = np.minimum.accumulate(np.concatenate([[np.inf], left[row : end - 1]]))[first - row :]
         reached = np.minimum(right[first:end], held)
-        if windows.cut[row] and left[row:].min() > reached.max(
-            initial=-np.inf
-        ):  # what comes later may do
+        best = reached.max(initial=-np.inf)
+        if windows.cut[row] and left[row:].min() > best:  # what comes later may do
             return self.reason(formula.left, row + int(np.argmin(left[row:])), side)
         at = int(np.argmax(reached))
         if right[first + at] <= held[at]:
@@ -386,7 +387,7 @@ class _Evaluation:
 
     def margins(self, predicate, member):
         """Return what the ``predicate`` has to spare [its unit] at each sample, and whose it is."""
-        values = self._margins(predicate, member, scaled=False)
+        values = self._margins(predicate, member)
         return values, "" if member is None else self.label(predicate, member)
 
     def label(self, predicate, member):
@@ -412,14 +413,14 @@ def _largest(parts):
     return Bounds(low, high)
 
 
+def _constant(term):
+    """Return the number that a ``term`` without a signal adds, in the unit of the signals beside it."""
+    return term.factor * (UNITS[term.unit].factor if term.unit else 1.0)
+
+
 def _scale(predicate):
     """Return by what margins are divided beside those of other units: the constant, 1 where that is 0."""
-    constants = [
-        term.factor * (UNITS[term.unit].factor if term.unit else 1.0)
-        for term in predicate.terms
-        if term.signal is None
-    ]
-    return abs(math.fsum(constants)) or 1.0
+    return abs(math.fsum(_constant(term) for term in predicate.terms if term.signal is None)) or 1.0
 
 
 def _other(side):

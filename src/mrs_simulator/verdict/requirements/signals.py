@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.control.user_code import call
+from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
 from mrs_simulator.core.temporal_logic.robustness import Signal
@@ -92,10 +93,7 @@ def _speed(control, run):
 
 
 def _turn_rate(control, run):
-    def turned(a, b):
-        return (a - b + np.pi) % (2.0 * np.pi) - np.pi
-
-    return _rates(run.pose[:, :, 2].T, run.time, turned)
+    return _rates(run.pose[:, :, 2].T, run.time, lambda now, before: wrap_angle(now - before))
 
 
 def _rates(values, time, difference):

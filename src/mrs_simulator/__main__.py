@@ -17,6 +17,7 @@ COMMANDS = {
     "check_protocol": ("study.check.check_protocol", "main", "would a wrong law fail its verdict?"),
     "break": ("study.search.break_command", "main", "search the run that breaks a requirement"),
     "assure": ("study.search.assure_command", "main", "show that runs at random keep requirements"),
+    "margins": ("study.search.margins_command", "main", "measure by how much robots may differ"),
     "requirements": ("verdict.requirements.listing", "main", "list the signals of requirements"),
     "lossy_edges": (
         "study.analyses.lossy_edges",

@@ -152,8 +152,9 @@ KEYS = (
         read=read_mismatch,
         rule="none",
         meaning="how robots differ from their data sheet: `{delay: 0.1, speed: 0.97, track: 1.05}` obeys "
-        "commands 0.1 s late, with wheels and track so many times as large; one value, or a list with one "
-        "for each robot. `report --compare` finds these numbers from a recording",
+        "commands 0.1 s late, with wheels and track so many times as large (`speed: 0`: a "
+        "dead robot); one value, or a list with one for each robot. `report --compare` finds "
+        "these numbers from a recording",
     ),
     Field(
         "load",

@@ -31,20 +31,30 @@ from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run import preflight
+from mrs_simulator.study.search.margin_checks import margin_checks, read_margins, read_measured
 from mrs_simulator.vehicles import Team
 
 LISTENING = 2.0  # [s] of wall time in which silences are measured
 NAP = 0.02  # [s] of wall time
 FLUSH = 0.1  # [s] of wall time for the last diagnostics to leave
 INTERRUPTED = 130  # exit code
-ARGUMENTS = dict(RUN_ARGUMENTS, json="file for the checks as JSON, beside the table")
+ARGUMENTS = dict(
+    RUN_ARGUMENTS,
+    json="file for the checks as JSON, beside the table",
+    margins="of the scenario, what mrs-simulator margins wrote: a directory",
+    measured="compare.json of a run of these robots, from report --compare, for the margins",
+)
 
 
 class Preflight:
     """Subscribes to every robot and checks what it receives."""
 
-    def __init__(self, scenario):
-        """Take the bounds from the same parameters as the control node."""
+    def __init__(self, scenario, margins=None, measured=None):
+        """Take the bounds from the same parameters as the control node.
+
+        ``margins``: the report of the scenario's, None without; ``measured``: values by key.
+        """
+        self._margins, self._measured = margins, measured or {}
         self.scenario, self._found = scenario, None
         self.fence = checked_fence(read(GEOFENCE))
         self.least = read(LEAST_DISTANCE)
@@ -97,7 +107,16 @@ class Preflight:
             checks.append(preflight.fence_check(numbers, pose, self.fence))
         checks.append(preflight.speed_check(self.scenario, self.speeds))
         checks += self._stopping(places)
+        checks += self._within_margins(ages)
         return checks + preflight.predicted_checks(self.slowed, pose, self.least, self.fence)
+
+    def _within_margins(self, ages):
+        """Return whether rates, and what was measured before, lie within the scenario's margins."""
+        if self._margins is None:
+            return []
+        # Commands go by the odometry received last, at no higher a rate than that.
+        rates = [min(self.scenario.control.rate, 1.0 / max(age, NAP)) for age in ages]
+        return margin_checks(self._margins, {"control.rate": rates, **self._measured})
 
     def _stopping(self, places):
         team = stopping_team(self.scenario)
@@ -132,10 +151,10 @@ class Preflight:
             sys.exit(INTERRUPTED)
 
 
-def _checked(scenario):
+def _checked(scenario, *margins):
     """Return the checks, and forget the parameters, which would else hold for the next time too."""
     try:
-        return Preflight(scenario).run()
+        return Preflight(scenario, *margins).run()
     finally:
         with contextlib.suppress(KeyError):
             rospy.delete_param(rospy.get_name())
@@ -149,13 +168,15 @@ def main(argv=None):
         text = "Check that the robots stand ready; parameters as those of pioneer_control."
         arguments = parse(text, ARGUMENTS, argv, "preflight")
         scenario = scenario_from(arguments)
+        margins = read_margins(arguments.margins) if arguments.margins else None
+        measured = read_measured(arguments.measured) if arguments.measured else None
         if not rosgraph.is_master_online():
             raise OSError("no ROS master at {}".format(os.environ.get("ROS_MASTER_URI", "")))
         logging.disable(
             logging.INFO
         )  # rospy's, which some systems show among the lines of the table
         start_node("preflight")
-        checks = _checked(scenario)
+        checks = _checked(scenario, margins, measured)
         if arguments.json:
             write_text(arguments.json, json.dumps(preflight.as_rows(checks), indent=1))
     wrong = sum(not check.passed for check in checks)

@@ -2,7 +2,7 @@
 
     v(t) = speed v_command(t - delay),    omega(t) = speed/track omega_command(t - delay)
 
-``speed``: true over nominal radius of the wheels; ``track``: true over nominal track.
+``speed``: true over nominal radius of the wheels, 0 for a dead robot; ``track``: true over nominal track.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from mrs_simulator.scenario.reading import Section, record
 SCALES = {"low": 0.2, "high": 5.0}  # [-] bounds of a factor
 MISMATCH = (
     Field("delay", (0.0,), "s", low=0.0, high=2.0, type=EACH),
-    Field("speed", (1.0,), **SCALES, type=EACH),
+    Field("speed", (1.0,), low=0.0, high=SCALES["high"], type=EACH),  # 0: a dead robot
     Field("track", (1.0,), **SCALES, type=EACH),
 )
 

@@ -51,13 +51,18 @@ def _arguments(argv):
     return parser.parse_args(argv)
 
 
-def add_search(parser):
-    """Add the arguments of all searches."""
+def add_runs(parser):
+    """Add the arguments of all commands that run one scenario many times."""
     parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the search (0)")
     parser.add_argument("--jobs", type=int, metavar="N", help="processes")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler")
+
+
+def add_search(parser):
+    """Add the arguments of all searches."""
+    add_runs(parser)
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the search (0)")
     text = "what may vary, beside the scenario's search: mismatch.delay=[0, 0.4]"
     parser.add_argument("--vary", action="append", default=[], metavar="KEY=RANGE", help=text)
 

@@ -22,13 +22,14 @@ class Trial(NamedTuple):
     ``value``: the least that a requirement has to spare, divided by its constant, negative where one is
     broken; infinite for a variation that is no scenario, ``error`` then says why.  ``worst``: the
     requirement of that value, as ``results.evaluated`` tells it; ``slope``: by how much the mean of its
-    smallest margins is above, scaled like ``value``.
+    smallest margins is above, scaled like ``value``; ``spares``: such a value of each by name.
     """
 
     value: float
     worst: Any = None
     error: str = ""
     slope: float = 0.0
+    spares: Any = None
 
     @property
     def objective(self):
@@ -66,11 +67,17 @@ def _trial(scenario):
         failed = str(error)
     finally:
         experiment.world.close()
-    trial = of_results(experiment.trace.results())
-    if failed is None or trial.is_broken:
+    results = experiment.trace.results()
+    trial = of_results(results)
+    if failed is None:
+        return trial
+    # What the run that ended early leaves open is not kept either.
+    left_open = {each["name"]: -NEUTRAL for each in results if each["met"] is None}
+    trial = trial._replace(spares={**trial.spares, **left_open})
+    if trial.is_broken:
         return trial
     worst = {"name": LAW, "note": failed, "decided_at": experiment.world.time}
-    return Trial(-NEUTRAL, worst)
+    return trial._replace(value=-NEUTRAL, worst=worst, slope=0.0)
 
 
 def of_results(results):
@@ -79,7 +86,8 @@ def of_results(results):
     slope = 0.0
     if worst["grade"] is not None:
         slope = (worst["grade"] - worst["margin"]) / worst["scale"]
-    return Trial(_spare(worst), worst, slope=slope)
+    spares = {each["name"]: _spare(each) for each in results}
+    return Trial(_spare(worst), worst, slope=slope, spares=spares)
 
 
 def _spare(result):
@@ -95,11 +103,13 @@ def _of_claims(scenario):
     """Return the ``Trial`` of the protocol's own claims: what they have to spare of their tolerances."""
     study = simulate(scenario)
     judged = [each for each in study.verdict["checks"] if each["passed"] is not None]
-    worst = Trial(NEUTRAL)
+    spares = {each["name"]: _share(each) for each in judged}
+    worst = Trial(NEUTRAL, spares=spares)
     for each in judged:
-        value = _share(each)
+        value = spares[each["name"]]
         if value < worst.value:
-            worst = Trial(value, {"name": each["name"], "note": each["note"], "decided_at": None})
+            named_worst = {"name": each["name"], "note": each["note"], "decided_at": None}
+            worst = Trial(value, named_worst, spares=spares)
     return worst
 
 

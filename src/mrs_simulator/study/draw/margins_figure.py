@@ -1,0 +1,58 @@
+"""The figure of margins: along each axis, how far each requirement holds."""
+
+from matplotlib.lines import Line2D
+
+from mrs_simulator.study.draw.canvas import new_figure, settle, styled
+from mrs_simulator.study.draw.sweep_figures import FAILED, PASSED
+
+STRIP, REST = 0.2, 0.62  # [in], height of one requirement's bar, and of the rest of an axis
+BEYOND = 0.03  # [-] of an axis, drawn beyond its ends
+LEGEND = 0.3  # [in]
+
+
+@styled
+def margins_figure(report, width):
+    """Return the figure of a ``report`` of the program ``margins``, ``width`` [in] wide.
+
+    A panel for each axis, in its own unit from the nominal value on; a bar for each requirement, up to
+    where it breaks.
+    """
+    panels, names = {}, list(report["nominal"])
+    for axis in report["axes"]:
+        panels.setdefault(axis["key"], []).append(axis)
+    figure = new_figure(width, LEGEND + len(panels) * (REST + STRIP * len(names)))
+    for row, (key, axes) in enumerate(panels.items()):
+        panel = figure.add_subplot(len(panels), 1, row + 1)
+        _draw_axes(panel, axes, names)
+        panel.set_xlabel("{} [{}]".format(key, axes[0]["unit"]) if axes[0]["unit"] else key)
+        if row == 0:
+            panel.legend(handles=_legend(), ncol=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    settle(figure)
+    return figure
+
+
+def _legend():
+    return [
+        Line2D([], [], color="0.2", linestyle=":", label="scenario"),
+        Line2D([], [], color=PASSED, linewidth=6.0, label="holds"),
+        Line2D([], [], color=FAILED, marker="x", linestyle="", markersize=6.0, label="breaks"),
+    ]
+
+
+def _draw_axes(panel, axes, names):
+    """Draw the bars of ``axes`` of one key, all of which begin at its nominal value."""
+    ends = [axes[0]["nominal"], *(axis["end"] for axis in axes)]
+    for axis in axes:
+        for row, name in enumerate(names):
+            pair = axis["breaks"][name]
+            bar = [axis["nominal"], pair[0] if pair else axis["end"]]
+            panel.plot(bar, [row, row], color=PASSED, linewidth=6.0, solid_capstyle="butt")
+            if pair:
+                panel.plot([pair[1]], [row], "x", color=FAILED, markersize=6.0)
+    panel.axvline(ends[0], color="0.2", linestyle=":", linewidth=1.0)
+    panel.set_yticks(range(len(names)))
+    panel.set_yticklabels(names)
+    panel.set_ylim(len(names) - 0.4, -0.6)
+    margin = BEYOND * (max(ends) - min(ends))
+    panel.set_xlim(min(ends) - margin, max(ends) + margin)
+    panel.grid(axis="y", visible=False)

@@ -1,0 +1,82 @@
+"""Whether measured robots keep within the margins of their scenario, for the preflight."""
+
+import json
+import os
+
+from mrs_simulator.study.run.preflight import Check
+from mrs_simulator.study.search.margins import Axis
+from mrs_simulator.study.search.margins_command import REPORT
+
+SPARE = 1.5  # [-] times what is measured that a margin is wanted to be
+MISMATCH = "mismatch"  # of a comparison, as a scenario has it
+
+
+class MarginsError(ValueError):
+    """A file that does not hold what its program writes; the message names it."""
+
+    page = "docs/search.md#margins"
+
+
+def read_margins(path):
+    """Return the report that ``margins`` wrote to the directory, or file, ``path``."""
+    path = os.path.join(path, REPORT) if os.path.isdir(path) else path
+    report = _read(path)
+    axes = report.get("axes") if isinstance(report, dict) else None
+    wanted = {"key", "nominal", "end", "unit", "breaks"}
+    if not isinstance(axes, list) or not all(
+        isinstance(axis, dict) and wanted <= set(axis) for axis in axes
+    ):
+        raise MarginsError("{}: wanted what mrs-simulator margins wrote".format(path))
+    return report
+
+
+def read_measured(path):
+    """Return values by key of the ``compare.json`` at ``path``: lists of numbers, one for each robot."""
+    found = _read(path)
+    mismatch = found.get(MISMATCH) if isinstance(found, dict) else None
+    if not isinstance(mismatch, dict):
+        raise MarginsError("{}: wanted what report --compare wrote".format(path))
+    lists = {key: value if isinstance(value, list) else [value] for key, value in mismatch.items()}
+    if not all(isinstance(each, (int, float)) for values in lists.values() for each in values):
+        raise MarginsError("{}: wanted numbers under {}".format(path, MISMATCH))
+    return {"{}.{}".format(MISMATCH, key): values for key, values in lists.items()}
+
+
+def _read(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            return json.load(file)
+    except ValueError as error:
+        raise MarginsError("{}: {}".format(path, error)) from None
+
+
+def margin_checks(report, measured, spare=SPARE):
+    """Return a ``Check`` of each axis of the margins' ``report`` that is ``measured``: values by key.
+
+    What breaks first must be ``spare`` times as far from the nominal value as the farthest measured one.
+    """
+    checks = []
+    for row in report["axes"]:
+        axis = Axis(row["key"], row["nominal"], row["end"], row["unit"])
+        for value in _farthest(axis, measured.get(axis.key, ())):
+            checks.append(_check(axis, value, row["breaks"], spare))
+    return checks
+
+
+def _farthest(axis, values):
+    """Return the one of ``values`` that is farthest along ``axis``, none where none is on its side."""
+    return sorted((v for v in values if axis.share(v) > 0.0), key=axis.share)[-1:]
+
+
+def _check(axis, value, breaks, spare):
+    unit = " " + axis.unit if axis.unit else ""
+    subject = "margin of {}".format(axis.key)
+    first = [(axis.share(pair[1]), name, pair[1]) for name, pair in breaks.items() if pair]
+    if not first:
+        passed = axis.share(value) <= 1.0
+        text = "{:.3g}{} measured, all hold to {:.3g}{}".format(value, unit, axis.end, unit)
+        return Check(subject, passed, text)
+    share, name, at = min(first)
+    text = "{:.3g}{} measured, {} breaks at {:.3g}{}".format(value, unit, name, at, unit)
+    passed = share >= spare * axis.share(value)
+    return Check(subject, passed, text if passed else text + ", wanted {:g} times".format(spare))

@@ -1,0 +1,123 @@
+"""The program ``margins``: measure how far robots may differ before a scenario's requirements break."""
+
+import argparse
+import json
+import os
+
+from mrs_simulator.core.program import program
+from mrs_simulator.core.writing import printing, write_text
+from mrs_simulator.scenario.reading import ScenarioError, load_yaml
+from mrs_simulator.scenario.scenario import scenario_of_file
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.draw.style import add_look, look_of
+from mrs_simulator.study.search.break_command import add_runs, exit_with
+from mrs_simulator.study.search.breaking import Search
+from mrs_simulator.study.search.margins import Margins, axes_of
+
+REPORT, FIGURE = "margins.json", "margins"
+HOLDS = "holds"
+
+
+@printing
+def main(argv=None):
+    """Measure as the command line says; exit with 0, or with 2 for bad input."""
+    exit_with("margins", margins, _arguments(argv))
+
+
+def _arguments(argv):
+    parser = argparse.ArgumentParser(prog=program("margins"), description=__doc__.split(": ")[1])
+    add_runs(parser)
+    text = (
+        "an axis, from the scenario's value to END: mismatch.delay=0.5; instead of the usual ones"
+    )
+    parser.add_argument("--along", action="append", metavar="KEY=END", help=text)
+    add_look(parser)
+    return parser.parse_args(argv)
+
+
+def margins(arguments):
+    """Run, write table and figure, print the table; return the exit code."""
+    look, formats = look_of(arguments)
+    path = os.path.abspath(scenario_path(arguments.scenario))
+    content = load_yaml(path)
+    scenario = scenario_of_file(content, path)
+    wanted = None if arguments.along is None else [_along(text) for text in arguments.along]
+    axes = axes_of(content, wanted)
+    search = Search(content, path, None, arguments.jobs, arguments.scheduler)
+    os.makedirs(arguments.out, exist_ok=True)
+    found = Margins(search, axes, scenario.n).found()
+    report = {"scenario": path, "runs": search.runs, **found}
+    write_text(os.path.join(arguments.out, REPORT), json.dumps(report, indent=2) + "\n")
+    _draw(report, arguments.out, look, formats)
+    print("\n".join(lines_of(report)))
+    return 0
+
+
+def _along(text):
+    key, _, end = text.partition("=")
+    try:
+        return key.strip(), float(end)
+    except ValueError:
+        raise ScenarioError("--along {!r}: wanted KEY=END, END a number".format(text)) from None
+
+
+def _draw(report, out, look, formats):
+    if not formats:
+        return
+    from mrs_simulator.study.draw import canvas, margins_figure  # slow to import
+
+    with canvas.in_style(look.style):
+        figure = margins_figure.margins_figure(report, look.width)
+        for kind in formats:
+            canvas.save(figure, os.path.join(out, "{}.{}".format(FIGURE, kind)))
+
+
+def lines_of(report):
+    """Return the table and what it says of dead robots and of all axes together, in lines."""
+    names = list(report["nominal"])
+    rows = [["", *names]] + [_cells(axis, names) for axis in report["axes"]]
+    if report["dead"]:
+        rows.append(["dead robot", *(_dead(report["dead"], name) for name in names)])
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    lines += [
+        "{}: refused at some values: {}".format(axis["key"], axis["refused"])
+        for axis in report["axes"]
+        if axis["refused"]
+    ]
+    if report["together"]:
+        lines.append(_together(report["together"]))
+    return [*lines, "{} runs".format(report["runs"])]
+
+
+def _cells(axis, names):
+    unit = " [{}]".format(axis["unit"]) if axis["unit"] else ""
+    label = "{}{} {:.4g} to {:.4g}".format(axis["key"], unit, axis["nominal"], axis["end"])
+    cells = [
+        "breaks at {:.4g}".format(axis["breaks"][name][1]) if axis["breaks"][name] else HOLDS
+        for name in names
+    ]
+    return [label, *cells]
+
+
+def _dead(dead, name):
+    """Return which robots ``name`` does not do without."""
+    if all(broken is None for broken in dead.values()):
+        return "not possible"
+    needed = [number for number, broken in dead.items() if broken and name in broken]
+    if len(needed) == len(dead):
+        return "breaks, any"
+    return "breaks, {}".format(" ".join(needed)) if needed else HOLDS
+
+
+def _together(together):
+    if together["corner"] is None:
+        return "together: all hold at {} corners of these margins".format(together["corners"])
+    values = ", ".join("{} {:.4g}".format(*pair) for pair in together["corner"].items())
+    text = "together: {:.0f} % of each margin hold at {} corners; beyond, {} breaks first at {}"
+    share = 100.0 * together["share"]
+    return text.format(share, together["corners"], together["breaks"], values)
+
+
+if __name__ == "__main__":
+    main()

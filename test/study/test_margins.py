@@ -1,0 +1,148 @@
+"""How far robots may differ: what ``margins`` finds, and what the preflight makes of it."""
+
+import json
+
+import pytest
+
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.simulating import simulate
+from mrs_simulator.study.search.margin_checks import (
+    MarginsError,
+    margin_checks,
+    read_margins,
+    read_measured,
+)
+from mrs_simulator.study.search.margins import Axis, axes_of
+from mrs_simulator.study.search.margins_command import main
+
+# Points with held commands agree for gains below 2/(lambda_max Tc): 20/3 /s for three in a row at 10 Hz,
+# and with gain 3 /s above 4.5 Hz.
+SCENARIO = """
+poses: [[0, 0, 0], [3, 0, 0], [1, 2, 0]]
+fidelity: point_mass
+limits: none
+control: {protocol: consensus, rate: 10, saturation: none, parameters: {gain: 3.0}}
+topology: {edges: [[1, 2], [2, 3]], directed: false}
+duration: 20
+requirements:
+  agree: eventually[0, 19] always(distance < 0.1 m)
+  near: always(distance < 10 m)
+"""
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as caught:
+        main([*map(str, arguments), "--jobs", "1"])
+    return caught.value.code
+
+
+def scenario_file(folder, text=SCENARIO):
+    path = folder / "scenario.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_margins_are_those_of_theory(tmp_path, capsys):
+    out = tmp_path / "out"
+    along = ["--along", "control.parameters.gain=12", "--along", "control.rate=2"]
+    assert run(scenario_file(tmp_path), "--out", out, *along, "--formats", "png") == 0
+    report = json.loads((out / "margins.json").read_text())
+    gain, rate = report["axes"]
+    for axis, theory in ((gain, 20.0 / 3.0), (rate, 4.5)):
+        holds, breaks = axis["breaks"]["near"]
+        assert (holds, breaks) == pytest.approx((theory, theory), rel=0.01)
+    assert holds > breaks  # of the rate, which falls
+    assert gain["breaks"]["agree"][1] == pytest.approx(20.0 / 3.0, rel=0.05)  # too slow before it
+    # The box's worst corner is the high gain at the low rate, which needs 1.5 gain < rate.  Both by
+    # ratios to the ends found: 4.5 (6.61/3)^s = 10 (4.58/10)^s at s = 0.51.
+    together = report["together"]
+    assert together["share"] == pytest.approx(0.51, abs=0.02) and together["breaks"] == "agree"
+    assert set(together["corner"]) == {"control.parameters.gain", "control.rate"}
+    # Whoever is dead, the others come to it.
+    assert report["dead"] == {"1": [], "2": [], "3": []}
+    assert (out / "margins.png").stat().st_size > 1000
+    said = capsys.readouterr().out
+    assert "breaks at 6.6" in said and "dead robot" in said and "together: " in said
+
+
+def test_dead_robots_never_move():
+    content = {"poses": [[0, 0, 0], [3, 0, 0]], "topology": {"preset": "path"}, "duration": 2}
+    content.update(control={"protocol": "consensus"}, mismatch={"speed": [0.0, 1.0]})
+    pose = simulate(content).run.pose
+    assert (pose[:, 0] == pose[0, 0]).all() and pose[-1, 1, 0] < 2.9
+
+
+@pytest.mark.parametrize(
+    "text, along, message",
+    [
+        (SCENARIO, "gain", "--along 'gain': wanted KEY=END"),
+        (SCENARIO, "control.protocol=1", "control.protocol: wanted a number"),
+        (SCENARIO, "control.parameters.slope=1", "wanted a number in the scenario"),
+        (SCENARIO.replace("10 m", "1 m"), "control.rate=1", "near has no margin"),
+    ],
+)
+def test_bad_input_is_named(tmp_path, capsys, text, along, message):
+    path = scenario_file(tmp_path, text)
+    assert run(path, "--out", tmp_path / "out", "--along", along) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_usual_axes_begin_at_what_the_scenario_has():
+    content = {"control": {"rate": 20}, "mismatch": {"delay": 0.1, "speed": [1.0, 0.9]}}
+    axes = {(axis.key, axis.end): axis.nominal for axis in axes_of(content)}
+    assert axes["control.rate", 1.0] == 20.0 and axes["mismatch.delay", 1.0] == 0.1
+    assert axes["links.loss", 0.9] == 0.0
+    assert not any(key == "mismatch.speed" for key, _ in axes)  # a list is no number
+
+
+def test_rates_are_spaced_by_ratios():
+    rate = Axis("control.rate", 16.0, 1.0, "Hz")
+    assert rate.at(0.5) == 4.0 and rate.share(2.0) == pytest.approx(0.75)
+    delay = Axis("mismatch.delay", 0.0, 1.0, "s")
+    assert delay.at(0.5) == 0.5 and delay.share(0.25) == 0.25
+
+
+AXES = [
+    {
+        "key": "mismatch.delay",
+        "unit": "s",
+        "nominal": 0.0,
+        "end": 1.0,
+        "breaks": {"kept": [0.21, 0.2101], "near": None},
+    }
+]
+
+
+@pytest.mark.parametrize("delay, passed", [(0.1, True), (0.155, False), (0.3, False)])
+def test_what_is_measured_is_compared_with_the_margin(delay, passed):
+    (check,) = margin_checks({"axes": AXES}, {"mismatch.delay": [0.0, delay]})
+    assert check.passed is passed and check.subject == "margin of mismatch.delay"
+    assert check.text.startswith("{:g} s measured, kept breaks at 0.21 s".format(delay))
+    assert ("wanted 1.5 times" in check.text) is not passed
+
+
+def test_what_is_not_measured_or_does_not_break_is_no_trouble():
+    assert margin_checks({"axes": AXES}, {"control.rate": [9.0]}) == []
+    free = [dict(AXES[0], breaks={"near": None})]
+    (check,) = margin_checks({"axes": free}, {"mismatch.delay": [0.3]})
+    assert check.passed and "all hold to 1 s" in check.text
+
+
+def test_files_of_other_programs_are_named(tmp_path):
+    path = tmp_path / "margins.json"
+    path.write_text("[]")
+    for read, wanted in ((read_margins, "margins wrote"), (read_measured, "--compare wrote")):
+        with pytest.raises(MarginsError, match=wanted):
+            read(str(path))
+    path.write_text("{")
+    with pytest.raises(MarginsError, match="margins.json"):
+        read_margins(str(tmp_path))
+    path.write_text('{"mismatch": {"delay": 0.12, "speed": [0.98, 1.01]}}')
+    measured = {"mismatch.delay": [0.12], "mismatch.speed": [0.98, 1.01]}
+    assert read_measured(str(path)) == measured
+
+
+def test_speed_may_be_zero_and_not_negative():
+    content = {"poses": [[0, 0, 0]], "mismatch": {"speed": -0.1}}
+    with pytest.raises(ValueError, match="mismatch.speed"):
+        scenario_from_dict(content)

@@ -186,6 +186,13 @@ def slope(time, values):
     return float(np.polyfit(time, values, 1)[0])
 
 
+def proved(claims):
+    """Return those of ``claims`` that theory stands for; none where a condition does not hold."""
+    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
+        return []
+    return [claim for claim in claims if not isinstance(claim, Condition) and not claim.unproved]
+
+
 def without_theorem(claims, why):
     """Return ``claims`` as what no theorem says of this run, ``why``; conditions stay as they are."""
     return [

@@ -8,7 +8,7 @@ import traceback
 import numpy as np
 
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.claims import Claim, Condition, without_theorem
+from mrs_simulator.core.claims import Claim, Condition, proved, without_theorem
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.protocols.making import make_control
@@ -29,6 +29,7 @@ from mrs_simulator.verdict.possible_runs import impossibilities
 from mrs_simulator.verdict.requirements.results import requirement_results
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, later, published_law, robots_run
+from mrs_simulator.verdict.theory.meetings import meetings, theory_track
 from mrs_simulator.verdict.theory.slipped_runs import slipped_run
 from mrs_simulator.verdict.theory.theorem import Points
 from mrs_simulator.verdict.user_values import claim_of, measures_of
@@ -224,6 +225,10 @@ def _claims(control, run, faults, followed=None):
         points = Points(control, run, exact, made)
         narrow = _narrow(made) if known is not None and run.meta.get("lockstep") else {}
         theory = Theory(exact, followed, slipped, narrow, points=points)
+    if run.collisions:
+        with _keeping([], "prediction"):  # whose faults are told with the track
+            track = theory_track(control, run, theory.exact, claims)
+            theory = theory._replace(led=track and meetings(control.team, *track))
     return claims, _limited(control, run, theory)
 
 
@@ -381,13 +386,6 @@ def _track(control, run, faults):
     if track is None or len(rows) > last:
         return track
     return {"time": run.time[rows], "hand": track}
-
-
-def proved(claims):
-    """Return those of ``claims`` that theory stands for; none where a condition does not hold."""
-    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
-        return []
-    return [claim for claim in claims if not isinstance(claim, Condition) and not claim.unproved]
 
 
 @contextlib.contextmanager

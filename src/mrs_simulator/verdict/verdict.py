@@ -23,7 +23,6 @@ from mrs_simulator.record.run_changes import changes_text
 from mrs_simulator.scenario.incidents import ARM_END, SATURATED
 from mrs_simulator.scenario.reading import reason
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
-from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.requirements.results import requirement_lines, summary
 from mrs_simulator.verdict.user_values import plain
 from mrs_simulator.verdict.verdict_file import read_verdict
@@ -95,7 +94,8 @@ class Theory(NamedTuple):
     with the latter two; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
     :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
     that is judged, None for all of it, and ``why``; ``points``: the :class:`Points` on which the theorem
-    is tested, or None.
+    is tested, or None; ``led``: when [s] theory leads which pairs of rows nearer to each other than bodies
+    can be, as :func:`meetings.meetings` returns it, or None.
     """
 
     exact: Any = None
@@ -108,6 +108,7 @@ class Theory(NamedTuple):
     rest: Any = None
     why: str = ""
     points: Any = None
+    led: Any = None
 
     def of_points(self, claim):
         """Return the ``Answer`` of the law itself on ``claim``, None where that is not known."""
@@ -148,7 +149,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedienc
     checks += _obeyed(run, obedience)
     warnings = [*run.meta.get("warnings", []), *filter(None, [_changes(run)])]
     checks += _deadlock(run)
-    checks.append(_collisions(run, theory.exact))
+    checks.append(_collisions(run, theory.led))
     checks += _incidents(run)
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
@@ -268,8 +269,8 @@ def exit_code(verdict, required=False):
     return {PASSED: 0, FAILED: 1, NOT_JUDGED: unjudged}[outcome_of(verdict)]
 
 
-def _collisions(run, exact=None):
-    """Return the check of collisions, which fails unless theory's points, ``exact``, lead there."""
+def _collisions(run, led=None):
+    """Return the check of collisions, which fails unless theory leads all these pairs there, ``led``."""
     if run.meta.get("collisions_unknown"):
         return Check("collisions", 0, None, 0, None, note="nobody told of any")
     check = _compare("collisions", 0, len(run.collisions), 0, "equal")
@@ -277,23 +278,16 @@ def _collisions(run, exact=None):
     more = ", ..." if len(told) > MOST_COLLISIONS else ""
     note = ", ".join(told[:MOST_COLLISIONS]) + more
     filtered = run.scenario is not None and run.scenario.control.safety  # which is to prevent them
-    led = run.collisions and not filtered
-    if led and all(_is_led_to(c, run, exact) for c in run.collisions):
+    if led and run.collisions and not filtered and _pairs(run) <= set(led):
         return check._replace(passed=None, note=_joined(note, LED))
     return check._replace(note=note)
 
 
-def _is_led_to(collision, run, exact):
-    """Return whether the points of the run ``exact`` come nearer than the bodies of a ``collision`` are."""
+def _pairs(run):
+    """Return the pairs of rows of robots that touched, in their order, and None for what is no robot."""
     rows = {"robot{:g}".format(number): row for row, number in enumerate(run.robots)}
-    pair = [rows.get(name) for name in (collision.first, collision.second)]
-    if exact is None or run.scenario is None or None in pair:
-        return False
-    team = Team.from_scenario(run.scenario)
-    bodies = [team.kinds[row].body for row in pair]
-    inner = sum(min(body.front, body.rear, 0.5 * body.width) for body in bodies)
-    first, second = (exact.hand[:, row] for row in pair)
-    return bool(np.linalg.norm(first - second, axis=1).min() < inner)
+    pairs = {(rows.get(c.first), rows.get(c.second)) for c in run.collisions}
+    return {pair if None in pair else tuple(sorted(pair)) for pair in pairs}
 
 
 def _incidents(run):

@@ -9,6 +9,7 @@ import sys
 import traceback
 
 from mrs_simulator.control.user_code import call
+from mrs_simulator.core.claims import proved
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.protocols import HOMES
@@ -26,7 +27,7 @@ from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.run.sensor_files import FILE
 from mrs_simulator.verdict.certificates import certificate_curves
-from mrs_simulator.verdict.judging import judged, proved
+from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.verdict import (
     add_require_verdict,
     exit_code,

@@ -32,6 +32,7 @@ from mrs_simulator.study.run.sensor_sizes import with_sizes
 from mrs_simulator.study.run.snapshots import global_streams, kept_of
 from mrs_simulator.study.run.step_trace import StepTrace
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
+from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 from mrs_simulator.world.world import EVERY, World
 
@@ -330,6 +331,10 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     """
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
+    ahead = meetings_ahead(experiment.control, scenario)
+    for text in ahead:
+        _tell("warning: " + text)
+    experiment.warnings += ahead
     started, ended = time.monotonic(), "complete"
     kept = {
         "layout": experiment.layout,

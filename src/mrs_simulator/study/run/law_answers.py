@@ -11,6 +11,7 @@ import numpy as np
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.study.results.report import predicted_settling
+from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
@@ -47,6 +48,7 @@ def facts(scenario):
     start = control.points(scenario.starts)
     targets = control.targets(start)
     texts = texts_of(control.warnings(scenario.starts), "warnings()")
+    texts += meetings_ahead(control, scenario)
     _predicted_error(control, start, np.zeros(1))
     return Facts(
         type(control).__name__,

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import weakref
 
 import numpy as np
 
@@ -57,6 +58,10 @@ def exact_run(control, run):
     Of a law that sees poses: of unicycles without limits.  None where no law is published, or the
     solution is too long to compute.
     """
+    return _NEWEST.of(control, run)
+
+
+def _exact_run(control, run):
     law = published_law(control)
     if law is None or is_blind(control, law):
         return None
@@ -74,6 +79,34 @@ def exact_run(control, run):
     command = velocity / [1.0, control.l] if control.dimension == 2 else velocity
     facts = {OF_POINTS: True}
     return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
+
+
+class _Newest:
+    """Keeps the newest exact run as long as its control: warnings and verdict want the same."""
+
+    def __init__(self):
+        self._of, self._asked, self._found = None, None, None
+
+    def of(self, control, run):
+        """Return the exact ``Run`` beside ``run``."""
+        asked = run.time, run.pose[0], run.hand[0], [control.period, control.l, control.edge_seed]
+        law = repr(control.parameters), control.topology, control.links, control.fidelity
+        known = self._of is not None and self._of() is control and self._asked[1] == law
+        if not (known and all(map(np.array_equal, asked, self._asked[0]))):
+            found = _exact_run(control, run)
+            self._of, self._asked, self._found = (
+                weakref.ref(control, self._forget),
+                (asked, law),
+                found,
+            )
+        return self._found and self._found._replace(scenario=run.scenario)
+
+    def _forget(self, control):
+        if self._of is control:
+            self.__init__()
+
+
+_NEWEST = _Newest()
 
 
 def current_of(control, run):

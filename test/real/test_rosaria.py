@@ -390,7 +390,14 @@ def preflight(team, *arguments):
     return code, text
 
 
-def test_preflight_of_robots_that_stand_ready(team):
+def axis(key, nominal, breaks):
+    """Return an axis as margins.json has it."""
+    end = breaks + breaks - nominal
+    plain = {"key": key, "unit": "", "nominal": nominal, "end": end}
+    return {**plain, "breaks": {"kept": [breaks, breaks]}}
+
+
+def test_preflight_of_robots_that_stand_ready(team, tmp_path):
     for number in (1, 2, 3, 4):
         team.robot(number)
     for number in (1, 2, 3, 4):
@@ -401,6 +408,14 @@ def test_preflight_of_robots_that_stand_ready(team):
     code, text = preflight(team, *bounds, "_v_max:=0.75")
     assert code == 1 and "NOT OK  stopping way" in text and "0.21 m/s would hold" in text, text
     assert "robot4 is fresh" in text and "predicted geofence" in text
+    # They publish every 0.1 s; a law that breaks below 40 Hz has no margin of 1.5 left, nor has its delay.
+    axes = [axis("control.rate", 50.0, 40.0), axis("mismatch.delay", 0.0, 0.21)]
+    (tmp_path / "margins.json").write_text(json.dumps({"axes": axes}))
+    (tmp_path / "compare.json").write_text('{"mismatch": {"delay": 0.155}}')
+    given = "--margins", str(tmp_path), "--measured", str(tmp_path / "compare.json")
+    code, text = preflight(team, *bounds, "_v_max:=0.2", *given)
+    assert code == 1 and "NOT OK  margin of control.rate" in text, text
+    assert "0.155 measured, kept breaks at 0.21, wanted 1.5 times" in text, text
     # The same robots, asked for more.
     code, text = preflight(team, "_frame_source:=odometry", "_geofence:=[-2, -2, 2, 2]")
     assert code == 1, text

@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.distances import body_radii
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.protocols.loading import (
     OWN_INIT,
@@ -89,6 +90,9 @@ def _construction(scenario, protocol):
     limits = None if scenario.fidelity == "point_mass" else scenario.limits
     team = team_of(scenario, limits, scenario.control.dimension or min(protocol.DIMENSIONS))
     safety = scenario.control.safety
+    # Wheel odometry drifts by centimetres, as wheels that slip in the dynamics do.
+    drifts = scenario.odometry == "wheel" or scenario.estimates
+    fidelity = "dynamic" if drifts else scenario.fidelity
     # A class with a constructor of its own need not know of it.
     more = {"surroundings": _surroundings(scenario)} if isinstance(safety, Safety) else {}
     if scenario.control.deadband:
@@ -102,11 +106,8 @@ def _construction(scenario, protocol):
         saturation=scenario.control.saturation,
         parameters=scenario.control.parameters,
         period=1.0 / scenario.control.rate,
-        # Wheel odometry drifts by centimetres, as wheels that slip in the dynamics do.
-        fidelity="dynamic"
-        if scenario.odometry == "wheel" or scenario.estimates
-        else scenario.fidelity,
-        safety=team.reach if safety else 0.0,
+        fidelity=fidelity,
+        safety=body_radii(team, fidelity) if safety else 0.0,
         **more,
     )
 

@@ -10,6 +10,27 @@ def sums_of_pairs(reach):
     return 2.0 * float(reach.flat[0])
 
 
+def body_radii(team, fidelity):
+    """Return the radii (n,) [m] of the discs, or balls, about the centres of ``team`` that bodies lie within.
+
+    Forces tilt bodies that fly about their middles.  In space balls stand about the places at which bodies
+    begin, and are higher by the ``downwash``: their middles may lie apart by what bodies differ in height.
+    """
+    half = 0.5 * np.array([kind.body.height if fly else 0.0 for kind, fly in _who_flies(team)])
+    if fidelity == "point_mass" or not half.any():
+        return team.reach
+    tilted = np.hypot(team.reach, half) if fidelity == "dynamic" else team.reach
+    if team.dimension == 2:
+        return tilted
+    upright = np.hypot(team.reach, half / team.downwash)
+    middle = 0.5 * (half.min() + half.max())
+    return np.maximum(tilted, upright) + np.abs(half - middle) / team.downwash
+
+
+def _who_flies(team):
+    return zip(team.kinds, team.airborne.tolist())
+
+
 def tracking_errors(team, fidelity, cap=None):
     """Return the bounds on the tracking errors of ``team``, (n,) [m], 0 where robots obey at once.
 

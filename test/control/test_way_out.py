@@ -8,11 +8,13 @@ import yaml
 from protocol_fixtures import SCENARIOS
 
 from mrs_simulator import PioneerControl
+from mrs_simulator.control.safety.distances import body_radii
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.courses import Courses
+from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.world.world import EVERY, World
 
 PERIOD = 0.02
@@ -103,6 +105,28 @@ def test_nor_do_they_with_forces(kind):
 def test_robots_told_through_a_wall_stop_before_it(kind):
     gap = met((kind, kind), wall=True, gain=3.0)[1]
     assert gap > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["ardrone2", "crazyflie2", "f1tenth"])
+def test_who_runs_on_with_forces_stops_before_a_wall(kind):
+    assert met((kind, kind), "dynamic", wall=True, gain=3.0, duration=5.0)[1] > 1e-3
+
+
+def test_tilted_bodies_lie_within_their_discs():
+    tilt = np.arctan2(0.127, 0.517)  # of a box by which its corner reaches farthest
+    lower_corner = 0.2585 * np.sqrt(2.0) * np.cos(tilt) + 0.0635 * np.sin(tilt)
+    drones = Team(("ardrone2", "ardrone2"))
+    assert body_radii(drones, "dynamic")[0] > lower_corner > body_radii(drones, "kinematic")[0]
+    assert (body_radii(Team(("husky", "heron")), "dynamic") == Team(("husky", "heron")).reach).all()
+
+
+def test_upright_bodies_in_space_lie_within_their_balls():
+    poses = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
+    content = {"model": ["ardrone2", "crazyflie2"], "poses": poses, "altitude": 1.0}
+    team = team_of(scenario_from_dict(content), dimension=3)
+    half = np.array([0.0635, 0.0125]) / team.downwash  # their middles differ by 0.051 m in height
+    inside = np.hypot(team.reach, half) + 0.0255 / team.downwash
+    assert (body_radii(team, "kinematic") >= inside - 1e-9).all()
 
 
 def test_pioneers_with_the_ramps_of_their_firmware_cross_without_contact_or_deadlock():

@@ -58,6 +58,9 @@ SPREADS = {  # of kinds that do not say
 }
 
 
+RUN_ON = {"ground": 0.3, "air": 0.7, "water": 4.5}  # [s] of kinds that do not say, by medium
+
+
 class Kind(NamedTuple):
     """A kind of robot as its file describes it; not to be changed."""
 
@@ -78,6 +81,7 @@ class Kind(NamedTuple):
     shape: Tuple[Part, ...] = ()  # how it looks where there is no model
     arm: Optional[Arm] = None  # on the base
     spread: Dict[str, Spread] = SPREADS  # by fidelity
+    run_on: float = 0.0  # [s] at its speed, by which forces take it off its course as it brakes
 
     def __hash__(self):
         return hash(self.name)
@@ -122,6 +126,7 @@ def read_kind(content, where, directory=""):
         shape=read_shape(top.take("shape", []), top.at("shape")),
         arm=read_arm(top.section("arm"), drive, module) if top.has("arm") else None,
         spread=_read_spreads(top.section("spread")),
+        run_on=top.quantity("run_on", "s", RUN_ON[module.MEDIUM], low=0.0),
     )
     top.take("inertia")
     top.take("arm", None)

@@ -11,7 +11,7 @@ def sums_of_pairs(reach):
 
 
 def body_radii(team, fidelity):
-    """Return the radii (n,) [m] of the discs, or balls, about the centres of ``team`` that bodies lie within.
+    """Return the radii (n,) [m] of the discs, or balls, about centres of ``team`` that hold the bodies.
 
     Forces tilt bodies that fly about their middles.  In space balls stand about the places at which bodies
     begin, and are higher by the ``downwash``: their middles may lie apart by what bodies differ in height.

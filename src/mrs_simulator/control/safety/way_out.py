@@ -15,8 +15,7 @@ from mrs_simulator.vehicles.courses import Courses
 
 LATE = 1.0  # [-] periods by which commands may come late
 EXACT = 1e-3  # [m] by which robots may be beside their courses, whatever they do
-# [-] of the way gone since by which robots may be beside it as well, where forces move them.
-COURSE_ERROR = {"ground": 0.1, "water": 0.5, "air": 0.25}
+SOON = 0.1  # [s] in which it is forgotten at the soonest how fast robots were
 AHEAD = 0.3  # [s] by which robots react to each other sooner than they have to
 FASTEST = 100.0  # [m/s] of robots without limits, afterwards
 PASSES, TURNS, BRAKES = 0, 1, 2  # what becomes of a robot's command
@@ -32,10 +31,13 @@ class WayOut:
         self._width = len(self._courses.team.axes)
         self._linear = np.array([a.startswith("linear") for a in self._courses.team.axes])
         self._squash = squash(team)
-        self._course_error = _course_error(self._courses.team, fidelity)
+        self._run_on = _run_on(self._courses.team, fidelity)  # (n,) [s], None without forces
         self._slowness, self._late = _slowness(self._courses.team)
         self.brakes = Brakes(self._slowness, self._late + AHEAD)
-        self._inner = self._given = self._time = self._speed = None
+        if self._run_on is not None:
+            self.brakes = Brakes(self._slowness, self._late + self._run_on + AHEAD)
+        self._inner = self._given = self._time = self._speed = self._seen = None
+        self._ran = np.zeros(team.n)  # [m/s]
 
     def certified(self, command, pose, heights, time, obstacles, gap=None):
         """Return ``command`` (n, a) without the parts that would leave no way out, at ``time`` [s].
@@ -55,6 +57,17 @@ class WayOut:
         self._given, self._time = np.array(own), time
         return command
 
+    @property
+    def speeds(self):
+        """Return the robots' speeds (n,) [m/s] as they were known at the last command."""
+        return self._speed
+
+    def course(self, command, pose, heights, time):
+        """Return the ``Course`` of ``command`` (n, a) at ``time`` [s], which robots obey from now on."""
+        self._know(pose, heights, time)
+        self._given, self._time = np.array(command), time
+        return self._courses.course(self._inner, pose, heights, command, self._period)
+
     def may_have_acted(self, command, place, obstacles):
         """Return whether :meth:`certified` may have changed ``command`` (n, a), at ``place`` (n, d).
 
@@ -72,14 +85,29 @@ class WayOut:
         """Let the inner states be those at ``time`` [s]; at rest where it went back or nothing is known."""
         if self._time is None or time < self._time:
             self._inner, self._speed = self._courses.at_rest(pose, heights), np.zeros(len(pose))
+            self._ran = np.zeros(len(pose))
         elif time > self._time:
             self._inner = self._courses.followed(self._inner, self._given, time - self._time)
             self._speed = self._courses.speeds(self._inner)
+            if self._run_on is not None:
+                self._speed = self._with_seen(pose, heights, time - self._time)
+        self._seen = np.column_stack([pose[:, :2], heights])
+
+    def _with_seen(self, pose, heights, seconds):
+        """Return the speeds (n,) [m/s] of the model, or those seen in the last ``seconds``, or before.
+
+        What runs on is faster than the model; that it was is forgotten as slowly as it may run on.
+        """
+        way = np.column_stack([pose[:, :2], heights]) - self._seen
+        fades = np.exp(-seconds / (SOON + self._run_on + 2.0 * self._late))
+        self._ran = np.maximum(np.linalg.norm(way, axis=1) / seconds, self._ran * fades)
+        return np.maximum(self._speed, self._ran)
 
     def _ways(self, speed):
         """Return how far [m] robots at ``speed`` (n,) [m/s] get until they stand, errors included."""
         way = speed * (self._period + self._late) + 0.5 * speed * speed * self._slowness
-        return way * (1.0 + self._course_error) + EXACT + LATE * self._period * speed
+        late = LATE * self._period if self._run_on is None else LATE * self._period + self._run_on
+        return way + EXACT + late * speed
 
     def _near(self, place, ways, obstacles, gap=None):
         """Return rows of pairs that may meet, two of (p,), and who may meet an obstacle, (n,) bool."""
@@ -112,9 +140,12 @@ class WayOut:
 
     def _free(self, course):
         """Return how far (k, n) [m] robots may be from the straight lines of their ``course``."""
-        way = np.linalg.norm(np.diff(course.place, axis=0), axis=2)
-        may = course.aside + self._course_error * np.cumsum(way + course.aside, axis=0)
-        return may + EXACT + LATE * self._period * course.speed
+        may = course.aside + EXACT + LATE * self._period * course.speed
+        if self._run_on is None:
+            return may
+        # Neither the robot nor its course is faster than that.
+        since = np.minimum(2.0 * course.time[1:, np.newaxis], self._run_on)
+        return may + since * np.maximum(course.speed, self._speed)
 
     def _meet(self, course, free, first, second):
         """Return which pairs may touch, (p,) bool."""
@@ -140,11 +171,11 @@ class WayOut:
         return result
 
 
-def _course_error(team, fidelity):
-    """Return which part of their ways robots may be beside their courses, (n,) [-]."""
+def _run_on(team, fidelity):
+    """Return for how long at their speed robots run on, (n,) [s], or None without forces."""
     if fidelity != "dynamic":
-        return np.zeros(team.n)
-    return np.array([COURSE_ERROR[each.module.MEDIUM] for each in team.kinds])
+        return None
+    return np.array([each.run_on for each in team.kinds])
 
 
 def _slowness(team):

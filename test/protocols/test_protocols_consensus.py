@@ -5,7 +5,7 @@ import pytest
 from protocol_fixtures import played
 from protocol_fixtures import shipped as scenario_of
 
-from mrs_simulator import run_experiment
+from mrs_simulator import open_run, run_experiment, simulate
 from mrs_simulator.core.claims import Condition, disagreement, extent
 from mrs_simulator.core.graphs import Topology, arcs_of
 from mrs_simulator.core.kinematics import hand_points
@@ -495,3 +495,12 @@ def test_plain_consensus_is_dragged_out_by_an_adversary(run):
 def test_all_robots_adversaries_is_said(run):
     verdict, _ = run("resilient_consensus", parameters={"adversaries": 9}, duration=1.0)
     assert verdict["outcome"] == "not_judged" and "a normal robot" in verdict["reason"]
+
+
+@pytest.mark.parametrize("fidelity, off", (("point_mass", 0), ("kinematic", 2)))
+def test_broadcasts_are_counted_from_the_files_of_a_run_too(tmp_path, fidelity, off):
+    scenario = scenario_of("event_triggered_consensus", fidelity=fidelity, duration=3.0)
+    made, read = simulate(scenario, out=tmp_path), open_run(tmp_path)
+    assert made.verdict["commands"] == read.verdict["commands"] == 301
+    assert abs(made.verdict["broadcasts"] - read.verdict["broadcasts"]) <= off
+    assert made.verdict["outcome"] == read.verdict["outcome"]

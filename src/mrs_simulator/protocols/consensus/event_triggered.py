@@ -127,12 +127,26 @@ class EventTriggeredConsensus(Remembering):
     def _counted(self, run):
         if self._last is not None:
             return self._broadcasts, self._commands
-        # Judged from a recording alone: its samples stand for the commands.
-        known, count = None, 0
-        for hand in run.hand:
-            known, events = self._updated(hand, known)
-            count += events
-        return count, len(run.hand)
+        # Judged from a recording alone: what the law saw at commands between samples follows from these.
+        known, count, commands = None, 0, 0
+        for row, hand in enumerate(run.hand):
+            steps = self._commands_after(run, row)
+            for step in range(steps):
+                known, events = self._updated(hand, known)
+                count, commands = count + events, commands + 1
+                if self.fidelity == "point_mass":
+                    hand = hand + self.period * self.gain * consensus(known, self.topology)
+                elif (
+                    step + 1 < steps
+                ):  # which arcs between two samples are not known: a straight line
+                    hand = run.hand[row] + (step + 1) / steps * (run.hand[row + 1] - run.hand[row])
+        return count, commands
+
+    def _commands_after(self, run, row):
+        """Return how many commands fall on the sample ``row`` and on the time until the next."""
+        turns = (run.time[row : row + 2] - run.time[0]) / self.period
+        first, after = np.ceil(turns - 1e-6).astype(int) if len(turns) > 1 else (0, 1)
+        return int(after - first)
 
     def measures(self, run):
         """Return how often robots broadcast, and how often they were commanded."""

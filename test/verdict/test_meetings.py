@@ -58,7 +58,7 @@ def test_points_that_come_too_near_are_found_with_their_time():
     hand[:, 1, 0] = 2.0 - time
     width = 0.5 * control.team.kinds[0].body.width
     (when,) = meetings(control.team, hand, time).values()
-    assert 0.0 <= when - (2.0 - 2.0 * min(width, control.team.kinds[0].body.front)) <= 0.15
+    assert -0.1 <= when - (2.0 - 2.0 * min(width, control.team.kinds[0].body.front)) <= 0.15
     assert meetings(control.team, hand, time, z=np.array([0.0, 5.0])) == {}
 
 
@@ -103,3 +103,34 @@ def test_the_exact_run_is_computed_once_for_warning_and_verdict(tmp_path, monkey
     judged(run, control)
     lengths = [len(given[1].time) for given in made]
     assert made_ahead == 1 and lengths.count(len(run.time)) == 1, lengths
+
+
+def thrown(distance, gain, saturation="none", **changes):
+    """Three robots on a line of which one command carries an edge past the range of 4 m."""
+    poses = [[0.0, 0.0, 0.0], [distance, 0.0, 0.0], [distance + 3.0, 0.0, 0.0]]
+    parameters = {"gain": gain, "radius": 4.0}
+    given = shipped(
+        "rendezvous", parameters, robots=3, poses=poses, fidelity="kinematic", **changes
+    )
+    return given._replace(control=given.control._replace(saturation=saturation))
+
+
+def test_points_that_pass_each_other_between_two_samples_are_found():
+    control = make_control(pair())
+    hand = np.zeros((2, 2, 2))
+    hand[:, 1, 0] = 5.0, -5.0
+    assert list(meetings(control.team, hand, np.array([0.0, 0.1]))) == [(0, 1)]
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    (
+        thrown(3.9, 0.215, duration=1.0),  # onto another robot, between two samples
+        thrown(3.9, 0.7, "robot", limits="top", duration=4.5),
+    ),
+    ids=("without limits", "within limits"),
+)
+def test_robots_that_one_command_throws_apart_fail_by_no_collision(scenario, tmp_path):
+    verdict = verdict_of(scenario, tmp_path)
+    assert check(verdict, "collisions")["measured"] > 0
+    assert failed(verdict) == [] and "curvature of the tension" in verdict["reason"]

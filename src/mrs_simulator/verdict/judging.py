@@ -227,9 +227,26 @@ def _claims(control, run, faults, followed=None):
         theory = Theory(exact, followed, slipped, narrow, points=points)
     if run.collisions:
         with _keeping([], "prediction"):  # whose faults are told with the track
-            track = theory_track(control, run, theory.exact, claims)
-            theory = theory._replace(led=track and meetings(control.team, *track))
+            theory = theory._replace(led=_led(control, run, theory, claims))
     return claims, _limited(control, run, theory)
+
+
+def _led(control, run, theory, claims):
+    """Return the pairs of rows that theory leads together, as :func:`meetings` does.
+
+    Of points, at each command until the last collision, and of robots, which within limits meet
+    elsewhere.
+    """
+    tracks, last = [theory_track(control, run, theory.exact, claims)], run.collisions[-1].time
+    if theory.exact is not None:
+        count = min(int((last - run.time[0]) / control.period) + 2, MOST_DRAWN)
+        time = run.time[0] + control.period * np.arange(count)
+        between = call(exact_run, control, run._replace(time=time))
+        tracks += [] if between is None else [(between.hand, time)]
+    if theory.followed is not None:
+        tracks.append((theory.followed.hand, run.time))
+    found = [meetings(control.team, *track) for track in tracks if track]
+    return {pair: when for each in found for pair, when in each.items()}
 
 
 def _of_points(control, run):

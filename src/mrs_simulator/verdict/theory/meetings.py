@@ -24,7 +24,8 @@ def meetings(team, hand, time, z=None):
     """Return the pairs of rows whose points come too near, and when first [s]: ``{(i, j): time}``, i < j.
 
     Too near: nearer than the sum of the radii of circles inside both bodies.  ``hand`` (m, n, d) [m]:
-    theory's points at ``time`` (m,) [s]; ``z`` (n,) [m]: heights of robots that pass above each other.
+    theory's points at ``time`` (m,) [s], and on straight lines in between; ``z`` (n,) [m]: heights of
+    robots that pass above each other.
     """
     n = hand.shape[1]
     every = max(1, int(len(hand) * n * n / MOST_DISTANCES))
@@ -34,7 +35,7 @@ def meetings(team, hand, time, z=None):
     high = np.array([kind.body.height for kind in team.kinds])
     for row in range(n - 1):
         others = slice(row + 1, n)
-        near = np.linalg.norm(hand[:, others] - hand[:, [row]], axis=2) < inner[row] + inner[others]
+        near = _nearest(hand[:, others] - hand[:, [row]]) < inner[row] + inner[others]
         if z is not None:
             near &= np.abs(z[others] - z[row]) < np.maximum(high[row], high[others])
         for other in np.flatnonzero(near.any(axis=0)).tolist():
@@ -89,6 +90,14 @@ def _start_run(control, scenario):
     hand = np.broadcast_to(points, shape + points.shape[1:])
     robots = 1 + np.arange(len(starts))
     return Run(time, robots, pose, hand, None, [], scenario, {"lockstep": True})
+
+
+def _nearest(apart):
+    """Return the least length of vectors ``apart`` (m, k, d) from each sample to the next, (m, k)."""
+    step = np.diff(apart, axis=0, append=apart[-1:])
+    square = np.maximum((step**2).sum(axis=2), 1e-300)
+    share = np.clip(-(apart * step).sum(axis=2) / square, 0.0, 1.0)
+    return np.linalg.norm(apart + share[..., np.newaxis] * step, axis=2)
 
 
 def _inner(body):

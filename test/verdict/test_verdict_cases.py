@@ -7,7 +7,7 @@ from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import Claim, NothingDecays, converges_to, decreases, rate
 from mrs_simulator.protocols.consensus.law import Consensus
-from mrs_simulator.protocols.gathering.law import Containment
+from mrs_simulator.protocols.gathering.law import Containment, Rendezvous
 from mrs_simulator.protocols.shapes.law import DisplacementFormation
 from mrs_simulator.record.recording import Run
 
@@ -157,6 +157,36 @@ def test_robots_that_touch_are_told_and_their_law_is_judged_before(tmp_path):
     followed = check(right, "largest distance from the law on these robots")
     assert followed["passed"] and followed["note"].startswith("until robot")
     assert followed["name"] in failed(wrong)
+
+
+def near_the_range(places, heading, **changes):
+    parameters = {"gain": 0.05, "radius": 4.0}
+    poses = [[x, 0.0, heading] for x in places]
+    return shipped("rendezvous", parameters, fidelity="kinematic", poses=poses,
+                   robots=len(places), odometry="wheel", **changes)  # fmt: skip
+
+
+class OtherWay(Rendezvous):
+    def pointMassLaw(self, hand):
+        return -super().pointMassLaw(hand)
+
+
+def test_drift_near_the_range_of_an_edge_fails_no_law(tmp_path):
+    given = near_the_range([3.999999, 7.499999, 11.489999], 1.26, rate=10, duration=2.0)
+    one = check(verdict_of(given, tmp_path), "commands off the published law")
+    assert one["passed"] is None and "drift, or another law" in one["note"], one
+    far = near_the_range([0.0, 2.0, 4.0], 1.26, rate=10, duration=2.0)
+    assert check(verdict_of(far, tmp_path), "commands off the published law")["passed"]
+    wrong = check(verdict_of(far, tmp_path, OtherWay), "commands off the published law")
+    assert wrong["passed"] is False and wrong["measured"] > 1.0, wrong
+
+
+@pytest.mark.parametrize("fidelity", ("point_mass", "kinematic"))
+def test_a_command_that_no_world_takes_ends_the_run_and_names_itself(fidelity, tmp_path):
+    given = near_the_range([0.0, 4.0 - 1e-7, 7.0], 0.0, duration=1.0)
+    verdict = verdict_of(given.changed(fidelity=fidelity, odometry="world"), tmp_path)
+    assert "at 0.000 s robot" in verdict["ended"] and "at most 1e+12" in verdict["ended"]
+    assert "commands off the published law [-]" not in failed(verdict)
 
 
 def run_of(values):

@@ -34,6 +34,7 @@ from mrs_simulator.study.run.step_trace import StepTrace
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
+from mrs_simulator.world.commands import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -256,7 +257,18 @@ class Experiment:
             self._asked(_refuse, text.format(name, why, compiling.VARIABLE))
 
     def _command_all(self):
-        self.world.set_commands(EVERY, self._command(self._known()))
+        command = self._command(self._known())
+        if not max_abs(command) <= FASTEST:
+            self._refuse_too_fast(command)
+        self.world.set_commands(EVERY, command)
+
+    def _refuse_too_fast(self, command):
+        """Raise ``LawFailed`` for a ``command`` (n, a) that the world would refuse, after all stand."""
+        self.world.set_commands(EVERY, np.zeros_like(self.world.command))
+        row = int(np.abs(command).max(axis=1).argmax())
+        text = "at {:.3f} s robot{} was commanded {:.3g}, wanted at most {:g}: the team is driven apart"
+        values = self.world.time, row + 1, np.abs(command[row]).max(), FASTEST
+        raise LawFailed(text.format(*values))
 
     def state(self, pose, command):
         """Return the ``StateTable`` to record of robots now at ``pose`` (n, 3) under ``command`` (n, a)."""

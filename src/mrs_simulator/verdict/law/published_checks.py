@@ -26,7 +26,9 @@ ON_ROBOTS = "largest distance from the law on these robots [m]"
 ROUNDING = 1e-6  # [-] of the largest velocity or of the team's size: sums in another order
 # [-] of the largest velocity: what estimated poses cost, and what a law remembers of all samples.
 ESTIMATED, REBUILT = 0.05, 1e-3
-DRIFTED = 1.0  # [-] of the same: commands as far off as what is wanted are due to no drift
+DRIFTED = 1.0  # [-] of the same: commands as far off as what is wanted are due to no drift,
+DRIFT = 0.02  # [m] but where so much of it makes as much of a difference to the law
+DRIFT_SHARES = [sign * 2.0**-k for k in range(8) for sign in (1.0, -1.0)]  # [-] of it
 UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some time before
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
 UNKNOWN = (
@@ -86,7 +88,7 @@ def _by_sensors(control, run):
         robots = robots_of(control)
         pairs = sensed_pairs(control, robots, law, run, as_known(control, run), rows)
         found = _largest_share(robots, pairs)
-        return found if control.LOCAL_FRAMES else _unless_drifted(run, found)
+        return found if control.LOCAL_FRAMES else _unless_drifted(control, law, run, found)
 
     tolerance = ROUNDING if control.LOCAL_FRAMES else _uncertainty(control, law, run)
     return [Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, question=LAW, motion=False)]
@@ -144,7 +146,7 @@ def _commands(control, law, run, followed):
         0.0,
         _uncertainty(control, law, run),
         lambda run: _unless_drifted(
-            run, command_error(control, law, as_known(control, run), followed)
+            control, law, run, command_error(control, law, as_known(control, run), followed)
         ),
         question=LAW,
         motion=False,
@@ -172,12 +174,37 @@ def _by_wheels(run):
     return run.scenario is not None and run.scenario.odometry != "world"
 
 
-def _unless_drifted(run, error):
+def _unless_drifted(control, law, run, error):
     """Return ``error`` [-]; ``NothingDecays`` for one that unknown drift of odometry may have made."""
-    most = np.inf if knows_noise(run) else DRIFTED
-    if _saw_unknown(run) and ESTIMATED < error < most:
+    if not (_saw_unknown(run) and error > ESTIMATED):
+        return error
+    if knows_noise(run) or error < DRIFTED or error < _of_drift(control, law, run):
         raise NothingDecays(UNKNOWN.format(error))
     return error
+
+
+@np.errstate(all="ignore")
+def _of_drift(control, law, run):
+    """Return what up to ``DRIFT`` of poses makes of commands, [-] of the largest velocity.
+
+    Along the difference of recorded and wanted velocities, forth and back. Of a law that sees places
+    alone; it is much where the law is steep, as near the range of its edges.
+    """
+    if law.SEES != "now" or control.links.faults:
+        return 0.0
+    rows, robots = _spread(_rows(control, run), _most_rows(law, run)), robots_of(control)
+    memory, time = law.begin(run.hand[0]), run.time - run.time[0]
+    worst = largest = 0.0
+    for row in rows:
+        u = law.velocity(run.hand[row], time[row], memory)[0]
+        robots.be_as(run, row)
+        off = robots.velocities(run.command[row]) - u
+        off = DRIFT * off / np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-300)
+        for share in DRIFT_SHARES:
+            near = law.velocity(run.hand[row] + share * off, time[row], memory)[0]
+            worst = max(worst, np.linalg.norm(near - u, axis=1).max())
+        largest = max(largest, np.linalg.norm(u, axis=1).max())
+    return float(worst / max(largest, LEAST_SPEED))
 
 
 def _uncertainty(control, law, run):
@@ -213,7 +240,7 @@ def _late_commands(control, law, run):
         found = late_command_error(control, law, as_known(control, run))
         if found is None:
             raise NothingDecays("too few samples in which robots were told to move")
-        return _unless_drifted(run, found.error)
+        return _unless_drifted(control, law, run, found.error)
 
     tolerance = ESTIMATED if _by_wheels(run) else UNTIMED
     return Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, question=LAW, motion=False)

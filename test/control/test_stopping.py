@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from mrs_simulator.control.stopping import stopping_way
 from mrs_simulator.nodes.control.guards import Guards
 from mrs_simulator.study.run.preflight import stopping_check
 from mrs_simulator.vehicles import Team
@@ -90,3 +91,41 @@ def test_who_moves_away_from_a_bound_is_not_stopped(monkeypatch):
     poses = [[-2.99, 0.0, 0.0], [-2.99, 0.81, 0.0]]
     _, guards = driven(monkeypatch, ("pioneer3dx",) * 2, poses, 0.2, given, seconds=5.0)
     assert guards.stopped == []
+
+
+def test_who_follows_keeps_the_distance_if_the_other_stops_for_a_cause_of_its_own(monkeypatch):
+    given = {"~min_distance": 0.8}
+    monkeypatch.setattr("rospy.get_param", lambda name, default=None: given.get(name, default))
+    world = World(("pioneer3dx",) * 2, [[0.0, 0.0, 0.0], [1.3, 0.0, 0.0]], step=PERIOD)
+    guards = Guards((1, 2), "robot", ahead=(world.team, HOLD))
+    apart, known = [], world.pose
+    for k in range(200):
+        known = world.pose.copy() if k % GAP == 0 else known
+        speed = min(0.75, 0.015 * k)
+        sent = guards.passed(
+            np.array([[speed, 0.0]] * 2), known, k * PERIOD, np.full(2, np.inf)
+        ).copy()
+        sent[1] *= k < 60  # it stops by itself
+        world.set_commands(EVERY, sent)
+        world.step()
+        apart.append(world.pose[1, 0] - world.pose[0, 0])
+    assert min(apart) >= 0.8 and world.pose[0, 0] > 0.1
+
+
+@pytest.mark.parametrize("kind, axis", [("robotino3", "linear.y"), ("heron", "linear.x")])
+def test_the_stopping_way_is_the_longest_of_all_directions(kind, axis):
+    team = Team((kind,))
+    assert stopping_way(team, 1.0, HOLD) >= stopping_way(team, 1.0, HOLD, (axis,)) > HOLD
+    ways = [stopping_way(team, 1.0, HOLD, (each,)) for each in ("linear.x", "linear.y")]
+    assert stopping_way(team, 1.0, HOLD) == max(ways)
+
+
+def test_preflight_refuses_ceilings_that_climbing_robots_cannot_keep():
+    pose, team = np.array([[0.0, 0.0, 0.0, 1.0]]), Team(("ardrone2",))
+    wide = [-20.0, -20.0, 20.0, 20.0]
+    (check,) = stopping_check(team, HOLD, 2.0, pose, 0.0, [*wide, 0.9, 1.1])
+    assert not check.passed and "geofence, heights: 0.20 m free, wanted" in check.text
+    would = float(check.text.split("; ")[1].split(" ")[0])
+    assert 0.0 < would < 0.7
+    (check,) = stopping_check(team, HOLD, would, pose, 0.0, [*wide, 0.9, 1.1])
+    assert check.passed, check.text

@@ -1,5 +1,7 @@
 """Which bounds robots would break before they stand, by their drives' own models, without forces."""
 
+import itertools
+
 import numpy as np
 
 from mrs_simulator.core.neighbours import close_pairs, least_distances
@@ -8,6 +10,12 @@ from mrs_simulator.vehicles.courses import Courses
 LATENCY = 0.1  # [s] between a command and its effect, and between a pose and its odometry, together
 LEAST_STEP = 1e-6  # [m] by which a robot must come nearer to a bound to break it
 SETTLED = 30.0  # [s] after which a commanded speed is reached
+LINEAR, LEVEL, UPRIGHT = (
+    ("linear.x", "linear.y", "linear.z"),
+    ("linear.x", "linear.y"),
+    ("linear.z",),
+)
+HIGH = 1000.0  # [m] above the ground, far from it
 HALVINGS = 30  # [-] of the interval in which a speed is sought
 
 
@@ -75,18 +83,25 @@ def leaving(course, fence):
     return {row: place[-1, row] for row in np.flatnonzero(beyond).tolist()}
 
 
-def approaching(course, distance):
-    """Return ``(i, j, d)`` of the pairs that come to d < ``distance`` [m], and nearer than now."""
+def approaching(course, distance, stands=False):
+    """Return ``(i, j, d)`` of the pairs that come to d < ``distance`` [m], and nearer than now.
+
+    Each pair once; where j ``stands``, as if it stopped now for a cause of its own, each in both orders.
+    """
     known = np.flatnonzero(np.isfinite(course.place).all(axis=(0, 2)))
     if distance <= 0.0 or len(known) < 2:
         return []
     place, aside = course.place[:, known], course.aside[:, known]
     way = np.linalg.norm(np.diff(place, axis=0), axis=2).sum(axis=0) + aside.max(axis=0)
     first, second = close_pairs(place[0], distance + 2.0 * float(way.max()))
-    apart = place[:, second] - place[:, first]
+    others, beside = place, aside
+    if stands:
+        first, second = np.concatenate([first, second]), np.concatenate([second, first])
+        others, beside = place[:1], np.zeros_like(aside)
+    apart = others[:, second] - place[:, first]
     least = least_distances(apart)
     nearer = least < np.linalg.norm(apart[0], axis=1) - LEAST_STEP
-    reached = np.where(nearer, least - aside[:, first] - aside[:, second], np.inf).min(axis=0)
+    reached = np.where(nearer, least - aside[:, first] - beside[:, second], np.inf).min(axis=0)
     hit = reached < distance
     return list(
         zip(
@@ -97,24 +112,43 @@ def approaching(course, distance):
     )
 
 
-def stopping_way(team, speed, hold):
-    """Return how far [m] the slowest to stop runs on from ``speed`` [m/s] ahead, held for ``hold`` [s]."""
-    courses = Courses(team)
-    pose, heights = np.zeros((courses.team.n, 3)), np.ones(courses.team.n)
-    command = np.zeros((courses.team.n, len(courses.team.axes)))
-    command[:, list(courses.team.axes).index("linear.x")] = speed
-    inner = courses.followed(courses.at_rest(pose, heights), command, SETTLED)
-    course = courses.course(inner, pose, heights, command, hold)
-    way = np.linalg.norm(np.diff(course.place, axis=0), axis=2).sum(axis=0)
-    return float((way + course.aside[-1]).max())
+def stopping_ways(team, speed, hold, axes=LINEAR):
+    """Return how far (n,) [m] robots run on from ``speed`` [m/s], one or (n,), held for ``hold`` [s].
+
+    That is farthest of both ways along those of their ``axes`` along which they move.
+    """
+    courses, ways = Courses(team), np.zeros(getattr(team, "bases", team).n)
+    courses.dimension = 3
+    pose, heights = np.zeros((len(ways), 3)), np.full(len(ways), HIGH)
+    own = list(courses.team.axes)
+    for axis, sign in itertools.product(axes, (1.0, -1.0)):
+        if axis not in own:
+            continue
+        command = np.zeros((len(ways), len(own)))
+        command[:, own.index(axis)] = sign * np.asarray(speed)
+        inner = courses.followed(courses.at_rest(pose, heights), command, SETTLED)
+        course = courses.course(inner, pose, heights, command, hold)
+        way = np.linalg.norm(np.diff(course.place, axis=0), axis=2).sum(axis=0)
+        ways = np.maximum(ways, way + course.aside[-1])
+    return ways
 
 
-def greatest_speed(team, way, hold, top):
+def stopping_way(team, speed, hold, axes=LINEAR):
+    """Return how far [m] the slowest to stop runs on, as :func:`stopping_ways`."""
+    return float(stopping_ways(team, speed, hold, axes).max())
+
+
+def greatest_speed(team, way, hold, top, axes=LINEAR):
     """Return the greatest speed [m/s] up to ``top`` from which all stand within ``way`` [m]."""
-    if stopping_way(team, top, hold) <= way:
+    return greatest(lambda speed: stopping_way(team, speed, hold, axes) <= way, top)
+
+
+def greatest(holds, top):
+    """Return the greatest number up to ``top`` for which ``holds``, which does for all that are less."""
+    if holds(top):
         return top
     low, high = 0.0, top
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if stopping_way(team, middle, hold) <= way else (low, middle)
+        low, high = (middle, high) if holds(middle) else (low, middle)
     return low

@@ -38,6 +38,7 @@ REPEATS = (
 )
 LEAVING = "would leave the geofence before it stands, at ({})"
 NEARING = "would come within {:.2f} m of robot{} before it stands"
+BEHIND = "would come within {:.2f} m of robot{} if that stopped now"
 MOTORS_OFF = "its motors are off (motors_state): is its emergency button pressed?"
 STUCK = (
     "commanded to move at {:.2f} m/s, {:.2f} rad/s for {:g} s and has not: are its motors on, its "
@@ -146,8 +147,11 @@ class Guards(Violations):
         if self.reasons:
             command = command.copy()
             command[sorted(self.reasons)] = 0.0
-        found = {}
-        for course in self._stopping.courses(command, pose, now):
+        found, courses = {}, self._stopping.courses(command, pose, now)
+        for course in courses:
+            for row, other, distance in approaching(course, self.min_distance, stands=True):
+                found[row] = BEHIND.format(distance, self.numbers[other])
+        for course in courses:
             for i, j, distance in approaching(course, self.min_distance):
                 for row, other in ((i, j), (j, i)):
                     found[row] = NEARING.format(distance, self.numbers[other])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.control.guards import PLACE, outside, pairs_nearer
-from mrs_simulator.control.stopping import greatest_speed, stopping_way
+from mrs_simulator.control.stopping import LEVEL, LINEAR, UPRIGHT, greatest_speed, stopping_way
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.neighbours import closest_pair, least_distance
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
@@ -119,22 +119,27 @@ def stopping_check(team, hold, v_max, pose, least=MIN_DISTANCE, fence=None):
     """Return whether robots at ``v_max`` [m/s], as fast as they may be, can keep to the bounds.
 
     Twice the way in which they stand, ``hold`` [s] for which they go on included, must fit between the
-    sides of ``fence`` [m], and between any two of the starts ``pose`` beyond ``least`` [m].
+    sides of ``fence`` [m], and between any two of the starts ``pose`` beyond ``least`` [m].  The way is
+    the longest of all directions in which the robots move, astern, across, up and down among them.
     """
-    free = {}
+    bounds = []
     if fence is not None:
-        free["geofence"] = min(fence[2] - fence[0], fence[3] - fence[1])
+        bounds.append(("geofence", min(fence[2] - fence[0], fence[3] - fence[1]), LEVEL))
+        if len(fence) == 6 and "linear.z" in team.axes:
+            bounds.append(("geofence, heights", fence[5] - fence[4], UPRIGHT))
     if least > 0.0 and len(pose) > 1 and np.isfinite(pose).all():
         places = pose[:, PLACE[: pose.shape[1] - 1]]
-        free["least distance"] = float(least_distance(places)) - least
-    if not free or not np.isfinite(v_max):
+        bounds.append(("least distance", float(least_distance(places)) - least, LINEAR))
+    if not bounds or not np.isfinite(v_max):
         return []
-    way, wrong = stopping_way(team, v_max, hold), []
-    for name, room in free.items():
+    wrong = []
+    for name, room, axes in bounds:
+        way = stopping_way(team, v_max, hold, axes)
         if 2.0 * way > room:
-            speed = greatest_speed(team, 0.5 * max(room, 0.0), hold, v_max)
+            speed = greatest_speed(team, 0.5 * max(room, 0.0), hold, v_max, axes)
             text = "{}: {:.2f} m free, wanted {:.2f} m at {:.2f} m/s; {:.2f} m/s would hold"
             wrong.append(text.format(name, room, 2.0 * way, v_max, int(100.0 * speed) / 100.0))
+    way = stopping_way(team, v_max, hold)
     text = "; ".join(wrong) or "{:.2f} m from {:.2f} m/s".format(way, v_max)
     return [Check("stopping way", not wrong, text)]
 

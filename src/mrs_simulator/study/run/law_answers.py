@@ -91,6 +91,21 @@ def prediction(scenario):
     return Prediction(*_predicted_error(control, start, when), settling)
 
 
+def commands_at(scenario, poses, time, fresh):
+    """Return the commands (k, n, a) at ``poses`` (k, n, 3), all at ``time`` [s].
+
+    ``fresh``: each by a new instance of the law; else by one, in turn.
+    """
+    control, found = make_control(scenario), []
+    for row, pose in enumerate(poses):
+        if fresh and row:
+            control = make_control(scenario)
+        if fresh or not row:
+            control.start()
+        found.append(control.commands(pose, time))
+    return np.array(found)
+
+
 def _predicted_error(control, start, when):
     if control.targets(start) is None:
         return None, None
@@ -104,4 +119,7 @@ def _largest_error(control, hand):
     return np.linalg.norm(hand - control.targets(hand), axis=1).max()
 
 
-ANSWERS = {function.__name__: function for function in (facts, parameters_with, errors, prediction)}
+ANSWERS = {
+    function.__name__: function
+    for function in (facts, parameters_with, errors, prediction, commands_at)
+}

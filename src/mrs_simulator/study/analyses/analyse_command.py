@@ -1,0 +1,333 @@
+"""The program ``analyse``: find out by asking what a law is, and what linear theory says of it."""
+
+import argparse
+import json
+import os
+import sys
+
+import numpy as np
+
+from mrs_simulator.core.program import program
+from mrs_simulator.core.writing import printing, write_text
+from mrs_simulator.protocols.loading import located_protocol
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.analyses.law_probe import SCALES, Probe, facts_of
+from mrs_simulator.study.analyses.linear_law import held_rate, weights_of
+from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.run.law_process import LawProcess
+
+REPORT = "analysis.json"
+ROBOTS, TOPOLOGY, SIZE, APART = 5, "ring", 8.0, 1.0
+YES = {True: "yes", False: "no"}
+MOST_LISTED = 12  # robots, or eigenvalues, of which each is printed
+SHOWN = 1e-9  # [-] of the largest, below which numbers are printed as zero
+
+
+class AnalysisError(ValueError):
+    """A law that cannot be asked; the message says what was wanted."""
+
+    page = "docs/search.md#what-a-law-is"
+
+
+@printing
+def main(argv=None):
+    """Analyse as the command line says; exit with 0, or with 2 for bad input."""
+    arguments = _arguments(argv)
+    with refusing_bad_input("analyse"):
+        scenario = scenario_of(arguments)
+        facts, probe = analysed(scenario, arguments.seed)
+        report = report_of(scenario, facts, probe)
+        if arguments.out:
+            os.makedirs(arguments.out, exist_ok=True)
+            write_text(os.path.join(arguments.out, REPORT), json.dumps(report, indent=2) + "\n")
+    print("\n".join(lines_of(scenario, facts, report)))
+    sys.exit(0)
+
+
+def _arguments(argv):
+    parser = argparse.ArgumentParser(prog=program("analyse"), description=__doc__.split(": ")[1])
+    text = "my_law.py, my_law.py:Class, a shipped protocol, or a scenario (.yaml)"
+    parser.add_argument("law", help=text)
+    text = "number (of a scenario: its own; else {})".format(ROBOTS)
+    parser.add_argument("--robots", type=int, metavar="N", help=text)
+    text = "a preset ({}; of a scenario its own)".format(TOPOLOGY)
+    parser.add_argument("--topology", metavar="NAME", help=text)
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the states (0)")
+    parser.add_argument("--out", metavar="DIR", help="directory for {}".format(REPORT))
+    return parser.parse_args(argv)
+
+
+def scenario_of(arguments):
+    """Return the ``Scenario`` with the law and the team that the ``arguments`` name."""
+    law = arguments.law
+    if law.endswith((".yaml", ".yml")):
+        scenario = load_scenario(scenario_path(law))
+        changes = {"robots": arguments.robots} if arguments.robots else {}
+        if arguments.topology:
+            changes["topology"] = {"preset": arguments.topology}
+        return scenario.overridden(**changes)
+    n = arguments.robots or ROBOTS
+    layout = {"layout": "random", "size": max(SIZE, 2.0 * n), "min_distance": APART}
+    content = {
+        "robots": n,
+        "poses": layout,
+        "seed": arguments.seed,
+        "topology": {"preset": arguments.topology or TOPOLOGY},
+        "control": {"protocol": located_protocol(law, os.getcwd())},
+    }
+    return scenario_from_dict(content, "analyse")
+
+
+def analysed(scenario, seed=0):
+    """Return the ``Facts`` of the scenario's law, and the ``Probe`` that found them.
+
+    The law is asked in a process of its own, without limits, edges' faults and safety filter, of
+    Pioneers.  Raises ``ValueError``.
+    """
+    if scenario.control.dimension == 3:
+        raise AnalysisError("analyse: a law in space, wanted one in the plane")
+    process, ideal = LawProcess(), _ideal(scenario)
+    try:
+
+        def ask(poses, time, fresh):
+            return process.ask("commands_at", ideal, poses, time, fresh)
+
+        probe = Probe(ask, ideal.starts, ideal.hand_length, seed)
+        return facts_of(probe), probe
+    finally:
+        process.close()
+
+
+def _ideal(scenario):
+    """Return a scenario of points with the law, graph and start of ``scenario``, and nothing else."""
+    given = scenario.to_dict()
+    own = given.get("control", {})
+    control = {key: own[key] for key in ("protocol", "parameters", "rate") if key in own}
+    content = {
+        "poses": scenario.poses[:, :3].tolist(),
+        "fidelity": "point_mass",
+        "limits": "none",
+        "seed": scenario.seed,
+        "control": {**control, "saturation": "none"},
+    }
+    if "topology" in given:
+        content["topology"] = given["topology"]
+    return scenario_from_dict(content, scenario.path or "analyse")._replace(path=scenario.path)
+
+
+def report_of(scenario, facts, probe):
+    """Return what was found as plain values."""
+    report = {
+        "law": scenario.control.protocol,
+        "robots": scenario.n,
+        "states": probe.asked,
+        "depends_on": facts.memory or ("headings" if facts.headings else "positions"),
+        "receives": _edges(np.any(facts.receives, axis=0)),
+        "declared": _edges(_declared(scenario)),
+        "translation": facts.translation,
+        "rotation": facts.rotation,
+        "gradient": facts.gradient,
+        "residual": facts.residual,
+        "equilibrium": None if facts.equilibrium is None else facts.equilibrium.tolist(),
+    }
+    if facts.linear is not None:
+        report["theory"] = _theory(facts, scenario, probe)
+    return report
+
+
+def _declared(scenario):
+    """Return the matrix (n, n) of who receives from whom by the topology."""
+    if scenario.topology is None:
+        return np.zeros((scenario.n, scenario.n), dtype=bool)
+    return scenario.topology.laplacian() != 0.0
+
+
+def _edges(who):
+    """Return the pairs [i, j] of a matrix (n, n) that says whether robot i receives from j."""
+    rows, columns = np.nonzero(np.asarray(who) & ~np.eye(len(who), dtype=bool))
+    return [[int(i) + 1, int(j) + 1] for i, j in zip(rows, columns)]
+
+
+def _theory(facts, scenario, probe):
+    linear, period = facts.linear, 1.0 / scenario.control.rate
+    values = linear.eigenvalues
+    size = max(np.abs(values).max(initial=0.0), 1e-300)
+    real, imag = (np.where(np.abs(x) <= 1e-7 * size, 0.0, x) for x in (values.real, values.imag))
+    known = linear.is_stable
+    return {
+        "eigenvalues": np.column_stack([real, imag]).tolist(),
+        "stable": known,
+        "defective": linear.is_defective,
+        "rate": linear.rate,
+        "held_rate": held_rate(facts.matrix, period) if linear.rate else None,
+        "limit": linear.limit(probe.start).tolist() if known else None,
+        "drift": linear.drift.reshape(-1, 2).tolist() if known else None,
+        "longest_period": linear.longest_period if np.isfinite(linear.longest_period) else None,
+        "longest_delay": linear.longest_delay if np.isfinite(linear.longest_delay) else None,
+        "largest_gain": linear.longest_period / period
+        if np.isfinite(linear.longest_period)
+        else None,
+        "noise": linear.noise,
+    }
+
+
+def lines_of(scenario, facts, report):
+    """Return the analysis in lines for a terminal."""
+    rows = [("depends on", _depends(facts)), ("receives", _receives(facts, report))]
+    if facts.translation is not None:
+        moved = [name for name in ("translation", "rotation") if report[name]]
+        rows.append(
+            ("is the same under", " and ".join(moved) or "neither translation nor rotation")
+        )
+        rows.append(("is a gradient", YES[facts.gradient]))
+        rows.append(("linear", _linear(facts)))
+    lines = ["{}, {} robots: what it is at {} probed states".format(*_subject(report))]
+    lines += ["  {:18} {}".format(*row) for row in rows]
+    if facts.linear is not None:
+        near = "" if facts.equilibrium is None else ", linearised where it comes to rest"
+        lines.append("theory derived from the law{}".format(near))
+        lines += ["  {:18} {}".format(*row) for row in _theory_rows(scenario, facts, report)]
+        lines += _claims(facts, report)
+    return lines
+
+
+def _subject(report):
+    return report["law"], report["robots"], report["states"]
+
+
+def _depends(facts):
+    if facts.memory:
+        return "{}, besides positions: no theory is derived".format(facts.memory)
+    if facts.headings:
+        return "headings: no law of points, no theory is derived"
+    return "positions alone"
+
+
+def _receives(facts, report):
+    """Return who receives from whom, and where that is not the declared topology."""
+    found, declared = (list(map(tuple, report[key])) for key in ("receives", "declared"))
+    if not declared:
+        return _pairs(found) or "from nowhere"
+    missing = sorted(set(declared) - set(found))
+    more = sorted(set(found) - set(declared))
+    if not missing and not more:
+        text = "from whom the topology declares, {} edges".format(len(found))
+    else:
+        text = "; ".join(
+            "{}: {}".format(what, _pairs(pairs))
+            for what, pairs in (("declared and not used", missing), ("used and not declared", more))
+            if pairs
+        )
+    counts = [int(who.sum() - np.trace(who)) for who in facts.receives]
+    if len(set(counts)) > 1:
+        spans = [
+            "{} over {:g} times the start's extent".format(*each) for each in zip(counts, SCALES)
+        ]
+        text += " (by distance: edges {})".format(", ".join(spans))
+    return text
+
+
+def _pairs(pairs):
+    shown = ", ".join("robot{} from robot{}".format(*pair) for pair in pairs[:MOST_LISTED])
+    more = len(pairs) - MOST_LISTED
+    return shown + (", and {} more".format(more) if more > 0 else "")
+
+
+def _linear(facts):
+    text = "u = c - M x, residual {:.1g}".format(facts.residual)
+    if facts.equilibrium is None and facts.linear is not None:
+        return "yes: " + text
+    if facts.equilibrium is None:
+        return "no (residual {:.1g}), and it does not come to rest".format(facts.residual)
+    return "no (residual {:.1g})".format(facts.residual)
+
+
+def _theory_rows(scenario, facts, report):
+    theory, linear = report["theory"], facts.linear
+    rows = [("eigenvalues of M", _values(theory["eigenvalues"]) + " 1/s")]
+    if not linear.is_stable:
+        return [*rows, ("stable", "no: some of it grows")]
+    drift = np.array(theory["drift"])
+    if np.abs(drift).max() > SHOWN:
+        rows.append(("moves for ever", "at up to {:.4g} m/s".format(np.abs(drift).max())))
+    rows.append(("ends", _ends(linear, report["robots"])))
+    if theory["rate"] is None:
+        return rows
+    text = "{:.6g} 1/s; held at {:g} Hz {:.6g} 1/s"
+    text = text.format(theory["rate"], scenario.control.rate, theory["held_rate"])
+    if linear.is_defective:
+        text += "; M is defective: times a polynomial of t"
+    rows += [
+        ("slowest decay", text),
+        ("command period", "stable below {:.4g} s".format(theory["longest_period"])),
+        ("delay of M x", "stable below {:.4g} s".format(theory["longest_delay"])),
+        ("gain", "stable below {:.4g} times, held".format(theory["largest_gain"])),
+    ]
+    if theory["noise"] is not None:
+        text = "variance {:.4g} m^2 of a coordinate per m^2/s of velocity noise"
+        rows.append(("noise", text.format(theory["noise"])))
+    return rows
+
+
+def _values(values):
+    """Return eigenvalues in words, equal ones once with their count."""
+    texts = ["{:.4g}".format(a) if not b else "{:.4g}{:+.4g}i".format(a, b) for a, b in values]
+    counted = ["{} ({})".format(each, texts.count(each)) for each in dict.fromkeys(texts)]
+    more = len(counted) - MOST_LISTED
+    return ", ".join(counted[:MOST_LISTED]) + (", and {} more".format(more) if more > 0 else "")
+
+
+def _ends(linear, n):
+    if not linear.zeros:
+        return "at one place each, from any start"
+    weights = weights_of(linear.projection, n)
+    if weights is None or np.ptp(weights, axis=0).max() > SHOWN:
+        return "where the start's share in {} modes that stay puts it".format(linear.zeros)
+    shares = ["{:.4g} x{}".format(w, i + 1) for i, w in enumerate(weights[0]) if abs(w) > SHOWN]
+    return "each robot at {}, and its own offset".format(" + ".join(shares))
+
+
+def _claims(facts, report):
+    """Return the lines of claims that a law may state, from the linear theory."""
+    linear, n = facts.linear, report["robots"]
+    if facts.equilibrium is not None or not linear.is_stable or linear.rate is None:
+        return []
+    if np.abs(linear.drift).max() > SHOWN or n > MOST_LISTED:
+        return []
+    decays = ", rate({:.9g}, off)".format(linear.rate) if not linear.is_defective else ""
+    return [
+        "as claims of the law, to be compared with the paper's:",
+        "    from mrs_simulator.core.claims import converges_to, rate",
+        "",
+        "    def claims(self, start):",
+        "        limit = {}".format(_limit(linear, n)),
+        "",
+        "        def off(hand):",
+        "            return np.linalg.norm(hand - limit, axis=(1, 2))",
+        "",
+        "        return [converges_to(limit){}]".format(decays),
+    ]
+
+
+def _limit(linear, n):
+    """Return the expression of the limit (n, 2) from ``start`` (n, 2)."""
+    offset, weights = _numbers(linear.offset.reshape(n, 2)), weights_of(linear.projection, n)
+    if not linear.zeros:
+        return "np.array({})".format(offset)
+    if weights is None:
+        share = "(np.array({}) @ start.ravel()).reshape(-1, 2)".format(_numbers(linear.projection))
+    else:
+        meet = np.ptp(weights, axis=0).max() <= SHOWN
+        share = "np.array({}) @ start".format(_numbers(weights[0] if meet else weights))
+    return share if not np.any(offset) else "{} + {}".format(share, offset)
+
+
+def _numbers(values):
+    values = np.asarray(values, dtype=float)
+    size = max(np.abs(values).max(initial=0.0), 1.0)
+    return (np.where(np.abs(values) <= 1e-7 * size, 0.0, values).round(9) + 0.0).tolist()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""Asking a law for its velocities at states of one's own, and what the answers say of it.
+
+All that is found holds at the states that were probed.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import hand_points, point_mass_from_unicycle
+from mrs_simulator.study.analyses.linear_law import fitted, linear_law
+
+SCALES = (0.3, 1.0, 3.0)  # [-] of the team's extent, over which states are spread
+CHECKED = 6  # states at each scale
+SAME = 1e-9  # [-] of the largest velocity, within which velocities are the same
+LINEAR = 1e-7  # [-] of the largest velocity or coefficient, within which a law is linear
+DIFFERENCE = 1e-5  # [-] of the extent, for derivatives
+SYMMETRIC = 1e-5  # [-] of the largest derivative
+LATER = 12.3  # [s] at which a law is asked again
+STEP, STEPS = 0.05, 2000  # [s], of the run that looks for an equilibrium
+NUDGE = 1e-3  # [-] of the extent, away from the start
+NEWTON = 20  # steps at most from where that run ends
+AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
+
+
+class Probe:
+    """A law of n robots in the plane: velocities (k, n, 2) [m/s] of hand points at (k, n, 2) [m].
+
+    ``ask(poses, times, fresh)`` returns commands (k, n, 2) at ``poses`` (k, n, 3); ``l`` [m].
+    """
+
+    def __init__(self, ask, starts, l, seed=0):
+        """``starts`` (n, 3): poses that the scenario begins with."""
+        self._ask, self._l = ask, l
+        self.random = np.random.default_rng(seed)
+        self.start = hand_points(starts, l)
+        self.n, self.asked = len(starts), 0
+        self.centre = self.start.mean(axis=0)
+        self.extent = max(1.0, float(np.ptp(self.start, axis=0).max()))
+
+    def at(self, points, theta=None, time=0.0, fresh=True):
+        """Return the velocities at ``points`` (k, n, 2), with random headings unless ``theta`` is given.
+
+        ``fresh``: each by a new instance of the law; else in turn by one.
+        """
+        points = np.asarray(points, dtype=float)
+        if theta is None:
+            theta = self.random.uniform(-np.pi, np.pi, points.shape[:2])
+        ahead = self._l * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+        poses = np.concatenate([points - ahead, np.asarray(theta)[..., np.newaxis]], axis=-1)
+        self.asked += len(points)
+        commands = self._ask(poses, time, fresh)
+        rows = commands.reshape(-1, 2), np.ravel(theta), self._l
+        return point_mass_from_unicycle(*rows).reshape(points.shape)
+
+    def states(self, scale, count):
+        """Return random states (count, n, 2), spread over ``scale`` times the team's extent."""
+        size = scale * self.extent
+        return self.centre + self.random.uniform(-0.5, 0.5, (count, self.n, 2)) * size
+
+
+class Facts(NamedTuple):
+    """What was found of a law; :func:`facts_of` says what each is."""
+
+    memory: str
+    headings: bool
+    receives: Any
+    translation: bool
+    rotation: bool
+    gradient: bool
+    residual: float
+    linear: Any
+    equilibrium: Any
+    matrix: Any
+    asked: int
+
+
+def facts_of(probe):
+    """Return the ``Facts`` of the law behind ``probe``.
+
+    ``memory``: "", or what velocities depend on besides positions: time, the calls before, chance;
+    ``headings``: whether on headings; ``receives``: for each scale the matrix (n, n) of who moves whom;
+    ``translation``, ``rotation``: whether velocities stay, or turn with the team; ``gradient``:
+    whether the derivative is symmetric; ``residual`` [-]: of u = c - M x; ``linear``: the
+    ``linear_law``, of the law itself or near its ``equilibrium`` (n, 2), None without one; ``matrix``: M.
+    """
+    states = np.concatenate([probe.states(scale, CHECKED) for scale in SCALES])
+    theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
+    velocities = probe.at(states, theta)
+    size = max(np.abs(velocities).max(), 1e-300)
+
+    def same(others, limit=SAME):
+        return bool(np.abs(others - velocities).max() <= limit * size)
+
+    memory = _memory(probe, states, theta, same)
+    headings = not memory and not same(probe.at(states, theta + 1.0))
+    plain = {"memory": memory, "headings": headings, "receives": _receives(probe)}
+    if memory or headings:
+        unknown = dict.fromkeys(Facts._fields)
+        return Facts(**{**unknown, **plain, "asked": probe.asked})
+    moved = probe.at(states + 0.7 * probe.extent)
+    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    derivative = [jacobian(probe, state) for state in states[::CHECKED]]
+    fit = _fit(probe)
+    is_linear = fit.residual <= LINEAR
+    equilibrium = None if is_linear else _equilibrium(probe)
+    matrix, constant = fit.matrix, fit.constant
+    if not is_linear and equilibrium is not None:
+        matrix = -jacobian(probe, equilibrium)
+        constant = matrix @ equilibrium.ravel()
+    known = is_linear or equilibrium is not None
+    return Facts(
+        **plain,
+        translation=same(moved),
+        rotation=same(probe.at(states @ turn) @ turn.T),
+        gradient=all(np.abs(j - j.T).max() <= SYMMETRIC * np.abs(j).max() for j in derivative),
+        residual=fit.residual,
+        linear=linear_law(matrix, constant) if known else None,
+        equilibrium=equilibrium,
+        matrix=matrix if known else None,
+        asked=probe.asked,
+    )
+
+
+def _memory(probe, states, theta, same):
+    """Return what velocities depend on besides the state, "" for nothing."""
+    if not same(probe.at(states, theta)):
+        return "chance"
+    if not same(probe.at(states, theta, LATER)):
+        return "time"
+    in_turn = probe.at(states, theta, fresh=False)
+    return "" if same(in_turn) else "the states before"
+
+
+def _receives(probe):
+    """Return for each of ``SCALES`` whether robot i moves otherwise where j stands elsewhere, (n, n)."""
+    found = []
+    for scale in SCALES:
+        who = np.zeros((probe.n, probe.n), dtype=bool)
+        for state in probe.states(scale, 3):
+            elsewhere = np.repeat(state[np.newaxis], probe.n + 1, axis=0)
+            rows = np.arange(probe.n)
+            elsewhere[rows, rows] += probe.random.uniform(0.05, 0.2, (probe.n, 2)) * probe.extent
+            theta = np.zeros(elsewhere.shape[:2])
+            velocity = probe.at(elsewhere, theta)
+            change = np.abs(velocity[:-1] - velocity[-1]).max(axis=2)  # of i, where j was moved
+            who |= (change > SAME * max(np.abs(velocity).max(), 1e-300)).T
+        found.append(who)
+    return found
+
+
+def jacobian(probe, state):
+    """Return the derivative (2 n, 2 n) [1/s] of the velocities at ``state`` (n, 2), by differences."""
+    size, count = DIFFERENCE * probe.extent, 2 * probe.n
+    offsets = size * np.eye(count).reshape(count, probe.n, 2)
+    theta = np.zeros((count, probe.n))
+    ahead, behind = probe.at(state + offsets, theta), probe.at(state - offsets, theta)
+    return ((ahead - behind) / (2.0 * size)).reshape(count, count).T
+
+
+def _fit(probe):
+    """Return the ``Fit`` over all scales together, so that what changes with distance shows."""
+    count = 2 * probe.n + 1
+    each = count // len(SCALES) + 2
+    states = np.concatenate(
+        [probe.states(scale, each) for scale in SCALES]
+        + [probe.states(scale, CHECKED) for scale in SCALES]
+    )
+    velocities = probe.at(states)
+    k = len(states)
+    return fitted(states.reshape(k, -1), velocities.reshape(k, -1), CHECKED * len(SCALES))
+
+
+def _equilibrium(probe):
+    """Return where the team comes to rest from its start (n, 2), or None: by steps, then Newton's."""
+    # Slightly beside its start, so that it leaves what only looks like rest.
+    beside = NUDGE * probe.extent * probe.random.standard_normal(probe.start.shape)
+    state, theta = probe.start + beside, np.zeros((1, probe.n))
+    first = max(np.abs(probe.at(state[np.newaxis], theta)).max(), 1e-300)
+    for _ in range(STEPS):
+        velocity = probe.at(state[np.newaxis], theta)[0]
+        state = state + STEP * velocity
+        if not np.isfinite(state).all():
+            return None
+        if np.abs(velocity).max() <= 1e-4 * first:
+            break
+    else:
+        return None
+    for _ in range(NEWTON):
+        velocity = probe.at(state[np.newaxis], theta)[0]
+        if np.abs(velocity).max() <= AT_REST * first:
+            return state
+        step = np.linalg.lstsq(jacobian(probe, state), -velocity.ravel(), rcond=1e-6)[0]
+        state = state + step.reshape(state.shape)
+    return None

@@ -1,0 +1,196 @@
+"""What ``analyse`` finds out of laws by asking them, against closed forms."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import unicycle_from_point_mass
+from mrs_simulator.study.analyses.analyse_command import main
+from mrs_simulator.study.analyses.law_probe import Probe, facts_of
+from mrs_simulator.study.analyses.linear_law import linear_law
+from mrs_simulator.study.run.simulating import simulate
+
+PATH = Topology(3, [(1, 2), (2, 3)], directed=False).laplacian()
+CYCLE = Topology(3, [(1, 2), (2, 3), (3, 1)]).laplacian()
+L = 0.2  # [m]
+STARTS = np.array([[0.0, 0.0, 0.5], [3.0, 0.0, 0.0], [1.0, 2.0, -1.0]])
+
+
+def law_of(matrix, constant=0.0):
+    return linear_law(matrix, np.broadcast_to(constant, len(matrix)))
+
+
+def test_a_path_of_three_has_what_its_laplacian_gives():
+    law = law_of(PATH)
+    assert law.eigenvalues == pytest.approx([0.0, 1.0, 3.0], abs=1e-12)
+    assert law.rate == pytest.approx(1.0) and law.zeros == 1 and not law.is_defective
+    assert law.longest_period == pytest.approx(2.0 / 3.0)
+    assert law.longest_delay == pytest.approx(math.pi / 6.0)
+    assert law.noise == pytest.approx((0.5 / 1.0 + 0.5 / 3.0) / 3.0)
+    assert law.limit([[1.0], [2.0], [6.0]]) == pytest.approx(3.0 * np.ones((3, 1)))
+
+
+def test_complex_eigenvalues_shorten_period_and_delay():
+    law = law_of(CYCLE)  # 0, 1.5 +- i sqrt(3)/2
+    assert law.rate == pytest.approx(1.5)
+    assert law.longest_period == pytest.approx(1.0)
+    assert law.longest_delay == pytest.approx((math.pi / 3.0) / math.sqrt(3.0))
+
+
+def test_a_jordan_block_has_no_simple_decay():
+    law = law_of(np.array([[0.2, -0.2], [0.0, 0.2]]), [0.4, -0.2])
+    assert law.is_defective and law.is_stable and law.rate == pytest.approx(0.2)
+    assert law.limit([[9.0], [7.0]]) == pytest.approx(np.array([[1.0], [-1.0]]))
+
+
+def test_what_stays_may_drift_and_what_grows_is_unstable():
+    assert law_of(PATH, 0.1).drift == pytest.approx([0.1, 0.1, 0.1])
+    assert not law_of(np.diag([1.0, -0.1])).is_stable
+    assert not law_of(np.array([[0.0, 1.0], [0.0, 0.0]])).is_stable  # zero, defective: grows with t
+    assert law_of(np.diag([1.0, -0.1])).rate is None
+
+
+# Laws that are asked -------------------------------------------------------------------------------
+
+
+class Team:
+    """A law ``u(hand, time, call, theta)`` behind a ``Probe``."""
+
+    def __init__(self, law):
+        self.law, self.calls = law, 0
+
+    def __call__(self, poses, time, fresh):
+        found = []
+        for row, pose in enumerate(poses):
+            self.calls += 1
+            theta = pose[:, 2]
+            hand = pose[:, :2] + L * np.stack([np.cos(theta), np.sin(theta)], axis=1)
+            velocity = self.law(hand, time, 0 if fresh else row, theta)
+            found.append(unicycle_from_point_mass(velocity, theta, L))
+        return np.array(found)
+
+
+def facts(law):
+    return facts_of(Probe(Team(law), STARTS, L))
+
+
+def test_a_linear_law_is_found_with_its_matrix_and_offset():
+    wanted = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    found = facts(lambda hand, *_: -0.5 * PATH @ (hand - wanted))
+    assert found.residual < 1e-12 and found.memory == "" and not found.headings
+    assert found.translation and not found.rotation and found.gradient
+    assert found.matrix == pytest.approx(0.5 * np.kron(PATH, np.eye(2)), abs=1e-9)
+    assert found.linear.rate == pytest.approx(0.5)
+    limit = found.linear.limit(np.zeros((3, 2)))
+    assert limit == pytest.approx(wanted - wanted.mean(axis=0), abs=1e-9)
+
+
+def test_a_missing_neighbour_shows_in_who_receives_from_whom():
+    wrong = PATH.copy()
+    wrong[1] = [0.0, 1.0, -1.0]  # robot 2 leaves robot 1 out
+    who = np.any(facts(lambda hand, *_: -wrong @ hand).receives, axis=0)
+    assert who.tolist() == [[True, True, False], [False, True, True], [False, True, True]]
+
+
+def test_neighbours_in_range_show_at_their_scale_only():
+    def law(hand, *_):
+        apart = np.linalg.norm(hand[:, np.newaxis] - hand, axis=2)
+        near = (apart < 1.0) * 1.0
+        return near @ hand - near.sum(axis=1, keepdims=True) * hand
+
+    counts = [int(who.sum() - np.trace(who)) for who in facts(law).receives]
+    assert counts[0] > counts[2]
+
+
+@pytest.mark.parametrize(
+    "law, memory",
+    [
+        (lambda hand, time, call, theta: -hand + 0.1 * math.sin(time), "time"),
+        (lambda hand, time, call, theta: -hand * (1.0 + 0.1 * call), "the states before"),
+        (lambda hand, *_: -hand + 0.01 * np.random.default_rng().random(), "chance"),
+    ],
+)
+def test_what_else_a_law_depends_on_is_named(law, memory):
+    found = facts(law)
+    assert found.memory == memory and found.linear is None
+
+
+def test_a_law_of_headings_is_no_law_of_points():
+    found = facts(lambda hand, time, call, theta: np.stack([np.cos(theta), np.sin(theta)], axis=1))
+    assert found.headings and found.linear is None
+
+
+def test_a_nonlinear_law_is_linearised_where_it_comes_to_rest():
+    found = facts(lambda hand, *_: hand - hand**3)  # rests where each coordinate is -1, 0 or 1
+    assert found.residual > 1e-3
+    assert np.abs(found.equilibrium) == pytest.approx(np.ones((3, 2)), abs=1e-6)
+    assert found.linear.eigenvalues == pytest.approx(2.0 * np.ones(6), abs=1e-5)
+
+
+def test_a_law_that_never_rests_gets_no_theory():
+    found = facts(lambda hand, *_: np.tanh(hand) + 1.0)
+    assert found.equilibrium is None and found.linear is None
+
+
+# The command ---------------------------------------------------------------------------------------
+
+LAW = """
+import numpy as np
+from mrs_simulator import PioneerControl
+
+class Own(PioneerControl):
+    def pointMassLaw(self, hand):
+        return -0.4 * (self.topology.laplacian() @ hand) + [[0.4, 0.0], [0.0, 0.0], [-0.4, 0.0]]
+"""
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(list(map(str, arguments)))
+    return caught.value.code
+
+
+def test_what_is_printed_can_be_stated_as_claims(tmp_path, capsys):
+    path = tmp_path / "own.py"
+    path.write_text(LAW)
+    assert run(path, "--robots", 3, "--topology", "path", "--out", tmp_path) == 0
+    said = capsys.readouterr().out
+    report = json.loads((tmp_path / "analysis.json").read_text())
+    assert report["receives"] == report["declared"] == [[1, 2], [2, 1], [2, 3], [3, 2]]
+    assert report["theory"]["rate"] == pytest.approx(0.4) and "0.4 1/s" in said
+    lines = said.split("as claims of the law")[1].splitlines()[1:]
+    body = [line for line in lines if not line.startswith("    from")]
+    path.write_text("\n".join([lines[0].strip(), LAW, *body, ""]))
+    content = {
+        "poses": [[0, 0, 0], [6, 0, 0], [1, 5, 0]],
+        "topology": {"preset": "path"},
+        "fidelity": "point_mass",
+        "limits": "none",
+        "duration": 25,
+        "control": {"protocol": str(path), "saturation": "none"},
+    }
+    verdict = simulate(content).verdict
+    assert verdict["outcome"] == "passed", verdict
+    path.write_text(path.read_text().replace("rate(0.4", "rate(0.44"))
+    assert simulate(content).verdict["outcome"] == "failed"
+
+
+@pytest.mark.parametrize(
+    "law, message",
+    [
+        ("no_such_law", "no_such_law"),
+        ("crazyflies_cube.yaml", "a law in space, wanted one in the plane"),
+    ],
+)
+def test_what_cannot_be_asked_is_named(law, message, capsys):
+    assert run(law) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_the_shipped_containment_ends_where_its_theorem_says(capsys):
+    assert run("containment.yaml") == 0
+    said = capsys.readouterr().out
+    assert "slowest decay      0.0475736 1/s" in said and "from whom the topology declares" in said

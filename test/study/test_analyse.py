@@ -183,6 +183,7 @@ def test_what_is_printed_can_be_stated_as_claims(tmp_path, capsys):
     [
         ("no_such_law", "no_such_law"),
         ("crazyflies_cube.yaml", "a law in space, wanted one in the plane"),
+        ("wall_following.yaml", "asks for sensors sonar, wanted a law of positions"),
     ],
 )
 def test_what_cannot_be_asked_is_named(law, message, capsys):

@@ -94,9 +94,13 @@ def prediction(scenario):
 def commands_at(scenario, poses, time, fresh):
     """Return the commands (k, n, a) at ``poses`` (k, n, 3), all at ``time`` [s].
 
-    ``fresh``: each by a new instance of the law; else by one, in turn.
+    ``fresh``: each by a new instance of the law; else by one, in turn.  Raises ``ValueError`` for a law
+    of sensors, whose readings poses alone do not give.
     """
     control, found = make_control(scenario), []
+    if control.SENSORS:
+        text = "{} asks for sensors {}, wanted a law of positions"
+        raise ValueError(text.format(type(control).__name__, ", ".join(control.SENSORS)))
     for row, pose in enumerate(poses):
         if fresh and row:
             control = make_control(scenario)

@@ -1,5 +1,7 @@
 """The safety filter by what robots sense of each other and of obstacles."""
 
+import re
+
 import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
@@ -10,6 +12,7 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import ScenarioError
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.verdict.judging import command_after
 
 PERIOD = 0.02
@@ -125,6 +128,44 @@ def test_burgers_pass_what_only_their_lasers_know(tmp_path):
     assert not failed(verdict) and check(verdict, "least clearance")["measured"] > 0.0
     blind = scenario.changed(control=dict(scenario.control.to_plain(), safety=False))
     assert "collisions" in failed(verdict_of(blind, tmp_path / "blind"))
+
+
+def warned(range_=3.0, rate=20.0, **control):
+    scenario = shipped("sensed_crossing", duration=1.0)
+    seer = {"type": "range_bearing", "range": range_, "rate": rate}
+    plain = dict(scenario.control.to_plain(), **control)
+    changed = scenario.changed(control=plain, sensors=[{"mounts": {"neighbours": seer}}])
+    return make_control(changed).filter_warnings
+
+
+def test_sensors_that_reach_too_short_or_read_too_slowly_are_warned_of_before_the_run():
+    assert warned() == []
+    (text,) = warned(range_=0.5)
+    wanted, would = re.search(r"wanted ([0-9.]+) m .* at most ([0-9.]+) m/s", text).groups()
+    # Both bodies, both robots for two periods of 50 ms, and the way in which they brake without ramps.
+    assert float(wanted) == pytest.approx(0.45 + 2.0 * 0.5 * 0.1, abs=0.02)
+    assert warned(range_=float(wanted) + 0.005) == [] and 0.0 < float(would) < 0.5
+    sensed = {"sensed": ["neighbours"]}
+    assert warned(range_=0.5, safety=dict(sensed, speed=float(would))) == []
+    assert "top speeds are unlimited" not in warned(safety=sensed)
+    (text,) = warned(rate=5.0)
+    assert "reads at 5 Hz, wanted the commands' 20 Hz or more" in text
+
+
+def test_what_is_outside_of_the_promise_is_warned_of_before_the_run():
+    cart = {"type": "box", "name": "cart", "center": [9.0, 9.0], "size": [0.8, 0.5]}
+    cart["track"] = {"to": [[9.0, -9.0]], "speed": 0.2}
+    scenario = shipped("formation_safely", duration=1.0)
+    assert make_control(scenario).filter_warnings == []
+    (text,) = Experiment(scenario.changed(obstacles=[cart])).control.filter_warnings
+    assert "obstacles that move, cart, at up to 0.2 m/s" in text and "docs/safety.md" in text
+    assert text in Experiment(scenario.changed(obstacles=[cart])).warnings
+    (text,) = make_control(scenario.changed(mismatch={"speed": 1.2})).filter_warnings
+    assert "because of the mismatch" in text
+    unfiltered = dict(scenario.control.to_plain(), safety=False)
+    assert (
+        make_control(scenario.changed(obstacles=[cart], control=unfiltered)).filter_warnings == []
+    )
 
 
 def test_what_comes_after_the_filter_begins_with_a_command():

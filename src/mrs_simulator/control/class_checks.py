@@ -27,6 +27,7 @@ OWN = {
     "_given_topology": "the scenario's topology",
     "_is_filtered": "whether the safety filter acts",
     "_surroundings": "what robots keep away from",
+    "_unkept": "what the safety filter cannot promise",
     "_scene_begun": "the time of the scene at which the law began",
     "_deadlocks": "how long the safety filter has held robots",
     "_has_joints": "whether the drives have inner joints",

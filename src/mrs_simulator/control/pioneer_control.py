@@ -82,6 +82,7 @@ class PioneerControl:
     _network = None  # of edges with faults
     _heights = None  # (n) [m] of robots that leave the ground
     _sensed = None  # the readings that came last
+    _unkept = ()  # texts
     obstacles = ()  # ``scenario.surroundings.obstacles``
 
     def __init_subclass__(cls, **kwargs):
@@ -544,6 +545,11 @@ class PioneerControl:
     def filter_sensors(self):
         """Return the names of the sensors by which the safety filter acts; () where it knows positions."""
         return self._surroundings.sensed
+
+    @property
+    def filter_warnings(self):
+        """Return what of its promise the safety filter cannot keep in this scenario, a list of texts."""
+        return list(self._unkept)
 
     @property
     def filter_sees_robots(self):

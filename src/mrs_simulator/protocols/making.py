@@ -4,6 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.distances import body_radii
+from mrs_simulator.control.safety.unkept import unkept
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.protocols.loading import (
     OWN_INIT,
@@ -32,6 +33,7 @@ def make_control(scenario, protocol=None):
         control = _made(protocol, construction)
         control._keep(_environment=scenario.environment)
         control.know(obstacles_of(scenario))
+        control._keep(_unkept=unkept(scenario, control))
         if hasattr(control, "carry"):
             call(control.carry, scenario.load)
         return control

@@ -57,7 +57,10 @@ class LawService:
         """
         self._control.begin_scene(begun)
         self._control.start()
-        return texts_of(self._control.warnings(pose), "warnings()")
+        return [
+            *self._control.filter_warnings,
+            *texts_of(self._control.warnings(pose), "warnings()"),
+        ]
 
     def commands(self, pose, time, readings=None, joints=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].

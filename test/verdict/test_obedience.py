@@ -5,8 +5,11 @@ import pytest
 from protocol_fixtures import check, shipped
 
 from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.published.drives import Unicycles
 from mrs_simulator.record.recording import Run
-from mrs_simulator.verdict.obedience import obedience_checks
+from mrs_simulator.study.run.experiment import perform
+from mrs_simulator.verdict.obedience import _velocities, obedience_checks
+from mrs_simulator.verdict.theory import motion
 
 STEP, TRACK, TIME = 0.02, 0.357, np.arange(0.0, 12.0, 0.1)
 GAIN, DEAD_TIME, BIAS = "gain of wheels", "dead time of wheels", "bias of wheels"
@@ -74,3 +77,23 @@ def test_of_robots_at_rest_no_gain_is_told():
 def test_a_robot_that_creeps_while_it_is_to_stand_is_named():
     one = check(driven(lambda rims, now: rims + 0.01, 0.0, 0.0), BIAS)
     assert one["passed"] is False and "robot2" in one["note"], one
+
+
+@pytest.mark.parametrize(
+    "limits, mismatch",
+    [("none", None), ("top", None), ("firmware", None), ("firmware", {"speed": 0.97})],
+)
+def test_all_ways_between_samples_at_once_are_those_one_after_the_other(
+    limits, mismatch, tmp_path, monkeypatch
+):
+    more = {"mismatch": mismatch} if mismatch else {}
+    scenario = shipped("displacement_formation", fidelity="kinematic", limits=limits, duration=4.0)
+    run, control = perform(scenario.changed(**more), str(tmp_path))
+    moves, own = [], Unicycles.move
+    monkeypatch.setattr(Unicycles, "move", lambda *given: moves.append(1) or own(*given))
+    asked, _ = _velocities(control, run)
+    assert len(moves) == 5  # the steps from a sample to the next, not those of the run
+    monkeypatch.setattr(motion, "EVEN", -1.0)
+    one_by_one, _ = _velocities(control, run)
+    assert len(moves) > 150
+    assert np.abs(asked - one_by_one).max() < 1e-12

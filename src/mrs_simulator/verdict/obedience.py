@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.protocols.published.arms import robots_of
+from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.protocols.published.robots import are_stated
 from mrs_simulator.verdict.theory.exact_runs import current_of
-from mrs_simulator.verdict.theory.motion import Advance
+from mrs_simulator.verdict.theory.motion import commanded_ways
 from mrs_simulator.verdict.verdict import Check
 
 WINDOW = 5.0  # [s] in which a robot is looked at, besides the whole run
@@ -141,33 +141,21 @@ def _is_asked(kind, name):
 
 def _velocities(control, run):
     """Return mean body velocities (m - 1, n, 4) between samples: as commanded, and as recorded."""
-    robots, time = robots_of(control), run.time - run.time[0]
-    robots.be(run.pose[0], run.in_space(control.dimension).hand[0])
-    advance = Advance(run.scenario.mismatch, control.team, run.scenario.step)
-    pose, height = [robots.pose], [robots.points[:, 2:]]
-    for row, duration in enumerate(np.diff(time)):
-        count = max(1, int(round(duration / control.period)))
-        now, then = run.command[row], run.command[row + 1]
-        for k in range(count):  # what was commanded between two samples lies between their commands
-            advance(robots, now + k / count * (then - now), duration / count)
-        pose.append(robots.pose)
-        height.append(robots.points[:, 2:])
+    duration = np.diff(run.time)[:, np.newaxis]
     drift = current_of(control, run)[:, :2] @ [1.0, 1j]
-    z = None if run.spatial is None else run.spatial.z[..., np.newaxis]
-    z = np.zeros(run.pose.shape[:2] + (0,)) if z is None or control.dimension == 2 else z
-    return _body_speeds(time, np.array(pose), np.array(height), 0.0), _body_speeds(
-        time, run.pose, z, drift
-    )
+    z = np.zeros(run.pose.shape[:2])
+    z = z if run.spatial is None or control.dimension == 2 else run.spatial.z
+    recorded = np.concatenate([run.pose, z[..., np.newaxis]], axis=2)
+    asked = _body_speeds(duration, *commanded_ways(control, run), 0.0)
+    return asked, _body_speeds(duration, recorded[:-1], recorded[1:], drift)
 
 
-def _body_speeds(time, pose, height, drift):
-    """Return what arcs from sample to sample tell of velocities, (m - 1, n, 4)."""
-    duration = np.diff(time)[:, np.newaxis]
-    turn = np.diff(pose[..., 2], axis=0)
-    turn = np.angle(np.exp(1j * turn))
-    way = np.diff(pose[..., 0] + 1j * pose[..., 1], axis=0) - drift * duration
-    mean = way * np.exp(-1j * (pose[:-1, :, 2] + 0.5 * turn)) / np.sinc(turn / (2.0 * np.pi))
-    climb = np.diff(height, axis=0).sum(axis=2)
+def _body_speeds(duration, before, after, drift):
+    """Return what arcs between poses and heights (m - 1, n, 4) tell of velocities, (m - 1, n, 4)."""
+    way, turn, climb = (after - before)[..., :2], (after - before)[..., 2], (after - before)[..., 3]
+    turn = wrap_angle(turn)
+    along = way[..., 0] + 1j * way[..., 1] - drift * duration
+    mean = along * np.exp(-1j * (before[..., 2] + 0.5 * turn)) / np.sinc(turn / (2.0 * np.pi))
     return np.stack([mean.real, mean.imag, turn, climb], axis=2) / duration[..., np.newaxis]
 
 

@@ -100,7 +100,7 @@ class Unicycles:
 
     def lags(self, command):
         """Return which robots have not reached the speeds of ``command`` (m, a) yet, (m,) bool."""
-        return (self.velocity != self.obeyed(command)).any(axis=1)
+        return (self.velocity != self.obeyed(command)).any(axis=-1)
 
     def move(self, command, duration):
         """Move for ``duration`` [s] under ``command`` (m, a)."""
@@ -475,7 +475,7 @@ def reached(value, target, rate, duration):
     gap = target - value
     with np.errstate(invalid="ignore", divide="ignore"):
         needed = np.where(gap == 0.0, 0.0, np.abs(gap) / rate)  # [s] until it is there
+        change = np.where(needed > duration, np.sign(gap) * rate * duration, gap)
     ramping = np.minimum(needed, duration)
-    change = np.where(needed > duration, np.sign(gap) * rate * duration, gap)
     # Along the ramp the mean is half the change, after it all of it.
     return value + change, value + change * (1.0 - 0.5 * ramping / duration)

@@ -7,7 +7,9 @@ from protocol_fixtures import check, shipped, verdict_of
 from mrs_simulator.core.claims import Claim
 from mrs_simulator.protocols import shipped as law_of
 from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.record.recording import Run
+from mrs_simulator.verdict.theory.motion import limit_to_grip
 from mrs_simulator.verdict.theory.slipped_runs import slipped_run
 from mrs_simulator.verdict.verdict import Theory, judge
 
@@ -118,3 +120,23 @@ def test_a_drift_within_what_robots_are_allowed_fails(tmp_path):
     wrong = check(verdict_of(scenario, tmp_path / "wrong", Drifting), DRIFT)
     assert right["passed"] and 0.15 <= right["tolerance"] < 0.16, right
     assert wrong["passed"] is False and wrong["measured"] < 0.15, wrong
+
+
+def test_wheels_speed_up_no_faster_than_friction_lets_them():
+    control = make_control(shipped("displacement_formation"))
+    robots = robots_of(control)
+    limit_to_grip(robots)
+    ((_, part),) = robots.parts
+    # Half of 9 kg on the wheels, friction 0.9; a box of 0.511 m x 0.425 m on a track of 0.357 m.
+    assert part.acceleration[0] == pytest.approx([4.41, 21.4], rel=0.01) and robots.is_ramped
+    slow = make_control(shipped("displacement_formation", limits="firmware"))
+    robots = robots_of(slow)
+    limit_to_grip(robots)
+    assert robots.parts[0][1].acceleration[0] == pytest.approx([0.3, np.deg2rad(100.0)])
+
+
+def test_what_grip_costs_is_told_where_a_claim_would_fail_without(tmp_path):
+    given = shipped("displacement_formation", rate=10, fidelity="dynamic", duration=6.0)
+    one = check(verdict_of(given, tmp_path), DRIFT)
+    assert one["passed"] and "no faster than their friction lets them cost 0.1" in one["note"], one
+    assert 0.2 < one["measured"] <= one["tolerance"] < 0.4

@@ -224,11 +224,17 @@ def _claims(control, run, faults, followed=None):
         made = _of_points(control, run)
         points = Points(control, run, exact, made)
         narrow = _narrow(made) if known is not None and run.meta.get("lockstep") else {}
-        theory = Theory(exact, followed, slipped, narrow, points=points)
+        gripping = _gripping(control, run) if slipped is not None else None
+        theory = Theory(exact, followed, slipped, narrow, points=points, gripping=gripping)
     if run.collisions:
         with _keeping([], "prediction"):  # whose faults are told with the track
             theory = theory._replace(led=_led(control, run, theory, claims))
     return claims, _limited(control, run, theory)
+
+
+def _gripping(control, run):
+    """Return the function that returns the run of robots whose wheels grip as declared, made when asked."""
+    return functools.lru_cache(maxsize=1)(lambda: call(robots_run, control, run, True))
 
 
 def _led(control, run, theory, claims):

@@ -57,6 +57,7 @@ LED = (
 COST = "held commands and limits cost {:.3g} of the tolerance"
 SLIP = "robots that slip as recorded are {:.3g} off under the published law"
 OTHERWISE = "under the published law robots that slip so have {:.4g}"
+GRIP = "wheels that speed up no faster than their friction lets them cost {:.3g} of the tolerance"
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
 )
@@ -95,7 +96,8 @@ class Theory(NamedTuple):
     :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
     that is judged, None for all of it, and ``why``; ``points``: the :class:`Points` on which the theorem
     is tested, or None; ``led``: when [s] theory leads which pairs of rows nearer to each other than bodies
-    can be, as :func:`meetings.meetings` returns it, or None.
+    can be, as :func:`meetings.meetings` returns it, or None; ``gripping``: returns the ``followed`` of
+    wheels that speed up no faster than friction lets them, or is None.
     """
 
     exact: Any = None
@@ -109,6 +111,7 @@ class Theory(NamedTuple):
     why: str = ""
     points: Any = None
     led: Any = None
+    gripping: Any = None
 
     def of_points(self, claim):
         """Return the ``Answer`` of the law itself on ``claim``, None where that is not known."""
@@ -467,6 +470,8 @@ def _within_slip(run, claim, theory, own, cost):
         return check if check.passed is None else check._replace(passed=None, note=why)
     allowed = min(cost, TOO_COSTLY * claim.tolerance)
     check = measured_of(run, claim._replace(tolerance=claim.tolerance + allowed))
+    if check.passed is False:
+        check = _within_grip(run, claim, theory, check)
     if check.passed is None or check.measured is None:
         return check
     if _excess(check.measured - found.measured, claim.relation) > own:
@@ -474,6 +479,17 @@ def _within_slip(run, claim, theory, own, cost):
             passed=False, note=_joined(check.note, OTHERWISE.format(found.measured))
         )
     return check if slip <= own else check._replace(note=_joined(check.note, SLIP.format(slip)))
+
+
+def _within_grip(run, claim, theory, check):
+    """Return the ``check`` of ``claim``, or where the grip of wheels costs more, that with this cost."""
+    gripping = theory.gripping and theory.gripping()
+    cost = _cost(claim, gripping)[0] if gripping is not None else None
+    allowed = claim.tolerance + min(cost or 0.0, TOO_COSTLY * claim.tolerance)
+    if allowed <= check.tolerance:
+        return check
+    within = measured_of(run, claim._replace(tolerance=allowed))
+    return within._replace(note=_joined(within.note, GRIP.format(cost)))
 
 
 def _cost(claim, followed):

@@ -21,7 +21,7 @@ from mrs_simulator.protocols.published.robots import are_stated, posed_commands
 from mrs_simulator.record.recording import Run, part_of
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.verdict.theory.followed_samples import followed_samples
-from mrs_simulator.verdict.theory.motion import Advance, begin_moving
+from mrs_simulator.verdict.theory.motion import Advance, begin_moving, limit_to_grip
 
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 MOST_STEPS = 200000  # [-] of robots that speed up in ramps, each a step of the world
@@ -133,7 +133,7 @@ def _exact_unicycles(control, law, run):
     return Run(run.time, run.robots, pose, hand, command, [], run.scenario, axes=UNICYCLE_AXES)
 
 
-def robots_run(control, run):
+def robots_run(control, run, gripping=False):
     """Return the ``Run`` of the robots themselves under the published law, from the start of ``run``.
 
     Commands are held, speeds limited and ramped, and wheels roll without slip, as
@@ -145,6 +145,8 @@ def robots_run(control, run):
     Robots that the scenario says to follow their commands late, too fast or too slowly do so here. Those
     of a run that is the rest of another begin as fast as they were.
 
+    ``gripping``: their wheels also slip where they would speed up faster than friction lets them.
+
     None where that cannot be told: of points without limits (those of cars have one), under the safety
     filter, of robots with uneven wheels, and as in :func:`exact_run`.
     """
@@ -154,6 +156,8 @@ def robots_run(control, run):
     frozen = scenario.fidelity == "point_mass"
     robots = robots_of(control, frozen)
     robots.drift = current_of(control, run)[:, :2] @ [1.0, 1j]
+    if gripping:
+        limit_to_grip(robots)
     mismatch = scenario.mismatch
     by_step = (robots.is_ramped and not frozen) or any(mismatch.delay)
     step = scenario.step if by_step else math.inf

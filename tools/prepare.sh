@@ -180,7 +180,7 @@ make_environment() {
   echo "== installing Python packages into .venv, at most $(($2 / 100))00 MB"
   # Without a word of what is there already; pip shows its own progress.
   "$root/.venv/bin/python" -m pip install --disable-pip-version-check --no-input "${options[@]}" \
-    2>&1 | tee -a "$log" | grep -vE --line-buffered '^(Requirement already|  Using cached)'
+    2>&1 | tee -a "$log" | grep -vE --line-buffered '^(Requirement already|Ignoring |  Using cached)'
   [ "${PIPESTATUS[0]}" = 0 ] || {
     ! tail -n 2000 "$log" | grep -q 'Python\.h: No such file' ||
       fail "installing Python packages" "one is built from source and wants Python's headers: sudo apt-get install python3-dev"

@@ -143,7 +143,7 @@ settle() {
 # Whether a window can be opened: a DISPLAY may be set to which no server answers.
 display_answers() {
   timeout 20 "$root/.venv/bin/python" -c '
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication
 QApplication([])' >/dev/null 2>&1
 }
 

@@ -124,6 +124,12 @@ def test_the_widgets_of_the_gui_know_no_ros():
             assert not known, "{} imports {}".format(path, name)
 
 
+def test_one_module_alone_knows_the_binding_of_qt():
+    for path, name in found_imports("rqt_plugin"):
+        own = os.path.relpath(path, ROOT) == os.path.join("rqt_plugin", "qt", "__init__.py")
+        assert own or name.split(".")[0] not in QT, "{} imports {}".format(path, name)
+
+
 def test_one_module_alone_knows_the_fields_of_messages():
     fields = {field for name in OWN_FIELDS for field in OWN_FIELDS[name]}
     for room in ROOMS:

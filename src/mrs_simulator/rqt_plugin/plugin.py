@@ -1,8 +1,8 @@
 """The rqt plugin: the study widget inside rqt."""
 
-from python_qt_binding.QtCore import QCoreApplication, QEvent, QTimer
 from qt_gui.plugin import Plugin
 
+from mrs_simulator.rqt_plugin.qt.QtCore import QCoreApplication, QEvent, QTimer
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes

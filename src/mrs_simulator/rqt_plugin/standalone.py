@@ -10,13 +10,13 @@ from urllib.parse import urlparse
 
 import rosgraph
 import rospy
-from python_qt_binding.QtCore import QSettings, QTimer
-from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
 from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.ros.node.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.ros.node.diagnostics import OK, Diagnostics, Health
 from mrs_simulator.ros.node.lifecycle import spare_garbage_collection
+from mrs_simulator.rqt_plugin.qt.QtCore import QSettings, QTimer
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave

@@ -1,8 +1,7 @@
 """The whole GUI as one widget: team, protocol, topology, map, curves, verdict, and the run."""
 
-from python_qt_binding.QtCore import QTimer
-from python_qt_binding.QtWidgets import QApplication
-
+from mrs_simulator.rqt_plugin.qt.QtCore import QTimer
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun

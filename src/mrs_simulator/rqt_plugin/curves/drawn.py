@@ -4,16 +4,6 @@ import time as clock
 
 import numpy as np
 from matplotlib.backends.backend_qt5agg import FigureCanvasQTAgg
-from python_qt_binding.QtCore import QEvent, QTimer
-from python_qt_binding.QtGui import QFontInfo, QPalette
-from python_qt_binding.QtWidgets import (
-    QCheckBox,
-    QHBoxLayout,
-    QLineEdit,
-    QTabBar,
-    QVBoxLayout,
-    QWidget,
-)
 
 from mrs_simulator.rqt_plugin.curves import quantities
 from mrs_simulator.rqt_plugin.curves.plot import CurvesPlot
@@ -23,6 +13,16 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     Curve,
     ErrorCurve,
     shown_quantities,
+)
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QTimer
+from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLineEdit,
+    QTabBar,
+    QVBoxLayout,
+    QWidget,
 )
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

@@ -1,12 +1,12 @@
 """The curves panel: curves under the mouse, which zooms, pans and names them."""
 
 import numpy as np
-from python_qt_binding.QtCore import Qt
-from python_qt_binding.QtGui import QFontInfo, QPalette
-from python_qt_binding.QtWidgets import QLabel
 
 from mrs_simulator.rqt_plugin.curves.drawn import DrawnCurves
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QLabel
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 ZOOM = 0.8  # of one step of the wheel

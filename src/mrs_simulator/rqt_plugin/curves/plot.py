@@ -18,7 +18,6 @@ from matplotlib.ticker import (
     NullFormatter,
     ScalarFormatter,
 )
-from python_qt_binding.QtGui import QColor
 
 from mrs_simulator.rqt_plugin.curves.quantities import (
     ERROR,
@@ -28,6 +27,7 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     thinned,
     thinned_together,
 )
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor
 from mrs_simulator.rqt_plugin.widgets.colours import places, shade, shades
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND
 

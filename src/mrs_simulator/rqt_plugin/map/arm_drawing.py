@@ -1,12 +1,12 @@
 """Draws arms and what they carry, as they are seen from above."""
 
 import numpy as np
-from python_qt_binding.QtCore import Qt
-from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.pictures.arms import DARK, WOOD, load_outline, placed_arms
 from mrs_simulator.pictures.robots import about_z, rotations
 from mrs_simulator.rqt_plugin.map.style import faded, mixed, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
 
 ARM = 0.07  # [m] width of an arm
 LEAST_ARM = 1.5  # [px] of that

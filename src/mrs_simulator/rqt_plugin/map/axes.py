@@ -6,12 +6,12 @@ Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget and the `
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, QPointF, QRect, QRectF, Qt
-from python_qt_binding.QtGui import QFont, QPen
 
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import placed
 from mrs_simulator.rqt_plugin.map.style import faded, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRect, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QFont, QPen
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 
 FEWEST_TICKS = 4  # [-] on an axis, where there is room

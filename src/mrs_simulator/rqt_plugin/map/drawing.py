@@ -5,8 +5,6 @@ one robot per row.
 """
 
 import numpy as np
-from python_qt_binding.QtCore import Qt
-from python_qt_binding.QtGui import QBrush, QColor, QFont, QPainterPath, QPen
 
 from mrs_simulator.rqt_plugin.map.geometry import (
     ARROW,
@@ -18,6 +16,8 @@ from mrs_simulator.rqt_plugin.map.geometry import (
 )
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.style import SOME_ROBOTS, faded, mixed, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QFont, QPainterPath, QPen
 
 HEADINGS = 120  # [-] of a robot's sprites
 MOST_SPRITE = 40.0  # [px] that a robot may reach as a sprite

@@ -1,10 +1,10 @@
 """Draws the edges of the topology, and the one that is being added."""
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, QRectF, Qt
-from python_qt_binding.QtGui import QPen
 
 from mrs_simulator.rqt_plugin.map.style import faded, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QPen
 
 SOME_EDGES = 30  # [-] in view; beyond, they are paler
 MANY_EDGES = 400  # [-] in view; beyond, they are drawn without smoothing

@@ -4,9 +4,9 @@ import collections
 import time
 
 import numpy as np
-from python_qt_binding.QtCore import QTimer
 
 from mrs_simulator.rqt_plugin.map.marks import FLASH
+from mrs_simulator.rqt_plugin.qt.QtCore import QTimer
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 FLASH_PERIOD = 40  # [ms]

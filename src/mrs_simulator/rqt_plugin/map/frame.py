@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import QRectF
+
+from mrs_simulator.rqt_plugin.qt.QtCore import QRectF
 
 SCALES = (0.01, 5000.0)  # [px/m], least and most
 LEAST_EXTENT = 3.0  # [m], of what a fitted view shows

@@ -5,13 +5,13 @@ only continued there; any other change paints the picture anew.
 """
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, Qt
-from python_qt_binding.QtGui import QPainter, QPen, QPixmap
 
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.marks import draw_starts
 from mrs_simulator.rqt_plugin.map.style import mixed, polygon
 from mrs_simulator.rqt_plugin.map.trails import TRAIL_PIXELS
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QPainter, QPen, QPixmap
 
 MANY_TRAILS = 120  # [-] in view; beyond, they are thin and not dashed
 DASHES = (5.0, 3.0)  # [-] of a trail, in widths of its line

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
-from python_qt_binding.QtGui import QBrush, QColor, QPainterPath, QPen
 
 from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
 from mrs_simulator.rqt_plugin.map.style import faded
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QPainterPath, QPen
 from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 HIGHEST = 0.5  # [-] of the area's height that the legend takes at most

@@ -5,11 +5,11 @@ arrays, one point per row, in metres.
 """
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, QPointF, Qt
-from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.rqt_plugin.map.geometry import ARROW, outlines
 from mrs_simulator.rqt_plugin.map.style import SOME_ROBOTS, by_count, faded, mixed, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
 from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 FLASH = 2.0  # [s], how long a collision's ring is seen

@@ -1,14 +1,14 @@
 """Draws the obstacle being edited, with its handles."""
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
-from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.geometry import REACH
 from mrs_simulator.rqt_plugin.map.marks import ALARM
 from mrs_simulator.rqt_plugin.map.obstacle_shapes import TURN, handles
 from mrs_simulator.rqt_plugin.map.style import faded
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
 
 MARK = 3.5  # [px] half of a mark's side
 ABOVE = 3.0 * REACH + 8.0  # [px] from an obstacle to its name

@@ -2,9 +2,14 @@
 
 import math
 
-from python_qt_binding.QtCore import Signal
-from python_qt_binding.QtWidgets import QButtonGroup, QHBoxLayout, QLabel, QToolButton, QWidget
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QButtonGroup,
+    QHBoxLayout,
+    QLabel,
+    QToolButton,
+    QWidget,
+)
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.fields import TextField
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout

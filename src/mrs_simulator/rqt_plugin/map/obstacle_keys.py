@@ -1,10 +1,9 @@
 """Keys, menu and cursor of the map's mode for obstacles."""
 
-from python_qt_binding.QtCore import QPoint, Qt
-from python_qt_binding.QtGui import QContextMenuEvent, QKeySequence
-from python_qt_binding.QtWidgets import QMenu
-
 from mrs_simulator.rqt_plugin.map.obstacle_editor import COARSE, FINE
+from mrs_simulator.rqt_plugin.qt.QtCore import QPoint, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QContextMenuEvent, QKeySequence
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QMenu
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 STEP, FINE_STEP = 0.1, 0.01  # [m] of a key, and with Shift

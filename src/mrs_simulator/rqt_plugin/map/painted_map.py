@@ -3,7 +3,6 @@
 import time
 
 import numpy as np
-from python_qt_binding.QtGui import QPainter
 
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
 from mrs_simulator.rqt_plugin.map.arm_drawing import draw_arms, draw_load
@@ -14,6 +13,7 @@ from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
 from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import MANY_ROBOTS, MapStyle
+from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_EDGES = 40000  # [-] looked at when painting

@@ -1,17 +1,16 @@
 """The map with its buttons: mouse modes and visible layers."""
 
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
+from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
+from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS
+from mrs_simulator.rqt_plugin.map.view import MapView
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
-
-from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
-from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
-from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS
-from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

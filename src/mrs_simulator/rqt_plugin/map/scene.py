@@ -3,8 +3,6 @@
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import QEvent, QSize
-from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map import axes
@@ -17,6 +15,8 @@ from mrs_simulator.rqt_plugin.map.scene_3d import scene_of, targets_of, trails_o
 from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.team import MapTeam
 from mrs_simulator.rqt_plugin.map.trails import Trails
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at, scene_time
 from mrs_simulator.scenario.surroundings.obstacles import with_obstacles

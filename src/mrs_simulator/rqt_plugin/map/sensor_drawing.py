@@ -7,11 +7,11 @@ its colour, and the reading.
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import QPointF, QRectF, Qt
-from python_qt_binding.QtGui import QColor, QPainterPath, QPen
 
 from mrs_simulator.rqt_plugin.map.marks import ALARM
 from mrs_simulator.rqt_plugin.map.style import faded, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPainterPath, QPen
 from mrs_simulator.sensors.types.bumper import BumperReading
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading

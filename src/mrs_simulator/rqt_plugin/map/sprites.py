@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import QPointF, Qt
-from python_qt_binding.QtGui import QPainter, QPixmap
+
+from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QPainter, QPixmap
 
 
 class Sprites:

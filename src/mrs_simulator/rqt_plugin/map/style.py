@@ -3,9 +3,9 @@
 from typing import NamedTuple, Tuple
 
 import numpy as np
-from python_qt_binding.QtCore import QPointF
-from python_qt_binding.QtGui import QColor, QPolygonF
 
+from mrs_simulator.rqt_plugin.qt.QtCore import QPointF
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPolygonF
 from mrs_simulator.rqt_plugin.widgets import colours
 
 SOME_ROBOTS = 30  # [-] in view; beyond, marks and numbers are smaller, robots are sprites

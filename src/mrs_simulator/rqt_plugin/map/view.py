@@ -4,8 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from python_qt_binding.QtCore import QEvent, Qt, Signal
-from python_qt_binding.QtWidgets import QToolTip
 
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map.frame import nice_step
@@ -14,6 +12,8 @@ from mrs_simulator.rqt_plugin.map.obstacle_keys import ObstacleKeys
 from mrs_simulator.rqt_plugin.map.obstacle_shapes import described, obstacle_at
 from mrs_simulator.rqt_plugin.map.painted_map import PaintedMap
 from mrs_simulator.rqt_plugin.map.style import MapStyle
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QToolTip
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 CLICK = 4.0  # [px] that the mouse may move within a click

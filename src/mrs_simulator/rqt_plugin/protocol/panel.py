@@ -2,8 +2,9 @@
 
 import os
 
-from python_qt_binding.QtCore import QEvent, QSize, Qt, Signal
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -13,8 +14,6 @@ from python_qt_binding.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-
-from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox, TextField
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel

@@ -3,9 +3,8 @@
 import functools
 import html
 
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtWidgets import QGridLayout, QLabel, QWidget
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QGridLayout, QLabel, QWidget
 from mrs_simulator.rqt_plugin.widgets.fields import field
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel, TintedLabel

@@ -4,9 +4,9 @@ import contextlib
 import functools
 import math
 
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtGui import QKeySequence
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtGui import QKeySequence
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
     QFrame,
     QPushButton,
@@ -14,7 +14,6 @@ from python_qt_binding.QtWidgets import (
     QToolButton,
     QWidget,
 )
-
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 

@@ -1,8 +1,13 @@
 """Findings of the preflight, and the button to start in spite of those that a person may judge."""
 
-from python_qt_binding.QtCore import Signal
-from python_qt_binding.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel

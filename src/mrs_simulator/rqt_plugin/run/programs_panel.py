@@ -2,8 +2,8 @@
 
 import re
 
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPlainTextEdit,
@@ -14,7 +14,6 @@ from python_qt_binding.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

@@ -2,9 +2,8 @@
 
 import math
 
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 from mrs_simulator.rqt_plugin.sensing.picture import Picture
 from mrs_simulator.rqt_plugin.sensing.texts import number, reading_text
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable

@@ -2,10 +2,10 @@
 
 import numpy as np
 from matplotlib import cm
-from python_qt_binding.QtCore import QRect, QSize, Qt
-from python_qt_binding.QtGui import QImage, QPainter
-from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
+from mrs_simulator.rqt_plugin.qt.QtCore import QRect, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QImage, QPainter
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 LEAST, USUAL = 8, 12  # [lines of text] of width

@@ -1,8 +1,7 @@
 """A field for the initial height of robots that fly."""
 
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtWidgets import QDoubleSpinBox
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QDoubleSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import FARTHEST
 

@@ -1,8 +1,7 @@
 """Widths of the table's columns: wide enough for what stands in them, as long as there is room."""
 
-from python_qt_binding.QtCore import Qt
-from python_qt_binding.QtWidgets import QStyle
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QStyle
 from mrs_simulator.rqt_plugin.team.model import DECIMALS
 
 

@@ -1,10 +1,9 @@
 """Ready-made layouts of a team, with their parameters."""
 
-from python_qt_binding.QtCore import Signal
-from python_qt_binding.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVBoxLayout
-
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
+from mrs_simulator.rqt_plugin.qt.QtCore import Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVBoxLayout
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.team.layouts import LAYOUTS, make_layout

@@ -4,10 +4,10 @@ import math
 import os
 
 import numpy as np
-from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
-from python_qt_binding.QtGui import QBrush, QColor, QPalette
-from python_qt_binding.QtWidgets import QApplication
 
+from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
 from mrs_simulator.rqt_plugin.team.spreadsheet import HEADERS, read_number
 from mrs_simulator.rqt_plugin.widgets.colours import shade
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

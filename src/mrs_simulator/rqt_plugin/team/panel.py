@@ -3,16 +3,16 @@
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtWidgets import (
+
+from mrs_simulator import vehicles
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
-
-from mrs_simulator import vehicles
 from mrs_simulator.rqt_plugin.team.altitude_field import AltitudeField
 from mrs_simulator.rqt_plugin.team.layout_box import LayoutBox
 from mrs_simulator.rqt_plugin.team.model import NO_PAIRS, TeamModel, kind_name

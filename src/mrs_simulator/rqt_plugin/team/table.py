@@ -1,8 +1,8 @@
 """The table of initial poses: edited by hand, copied to and pasted from a spreadsheet."""
 
-from python_qt_binding.QtCore import QEvent, Qt, QTimer, Signal
-from python_qt_binding.QtGui import QKeySequence
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt, QTimer, Signal
+from mrs_simulator.rqt_plugin.qt.QtGui import QKeySequence
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QAbstractItemView,
     QAction,
     QApplication,
@@ -11,7 +11,6 @@ from python_qt_binding.QtWidgets import (
     QStyledItemDelegate,
     QTableView,
 )
-
 from mrs_simulator.rqt_plugin.team.columns import widths
 from mrs_simulator.rqt_plugin.team.model import KIND, kind_name
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

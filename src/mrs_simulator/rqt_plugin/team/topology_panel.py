@@ -1,7 +1,9 @@
 """The topology editor: table of edges, and the quantities that decide convergence."""
 
-from python_qt_binding.QtCore import Qt, Signal
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.spectra import algebraic_connectivity
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
     QComboBox,
@@ -17,9 +19,6 @@ from python_qt_binding.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-
-from mrs_simulator.core.graphs import PRESETS, Topology
-from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_ANALYSED = 200  # robots up to which eigenvalues are computed while editing

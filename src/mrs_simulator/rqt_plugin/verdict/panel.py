@@ -1,8 +1,7 @@
 """The verdict on a run as a table."""
 
-from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
-
 from mrs_simulator.core.claims import QUESTIONS
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled

@@ -1,15 +1,14 @@
 """A read-only table that can be copied to a spreadsheet."""
 
-from python_qt_binding.QtCore import QEvent, Qt
-from python_qt_binding.QtGui import QColor, QKeySequence
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QKeySequence
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QAbstractItemView,
     QApplication,
     QHeaderView,
     QTableWidget,
     QTableWidgetItem,
 )
-
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import tint
 

@@ -3,13 +3,13 @@
 import time
 
 import numpy as np
-from python_qt_binding.QtCore import QSize, Qt
-from python_qt_binding.QtGui import QPainter
-from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
 from mrs_simulator.pictures.camera import Camera, on_screen
 from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import drawn, framed
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.view.painting import paint
 from mrs_simulator.rqt_plugin.widgets.colours import DARK as DARK_GROUND
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

@@ -1,12 +1,12 @@
 """Paints drawings of ``pictures`` with Qt."""
 
 import numpy as np
-from python_qt_binding.QtCore import QLineF, QRectF, Qt
-from python_qt_binding.QtGui import QBrush, QColor, QPainterPath, QPen
 
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QPainterPath, QPen
 
 RIM = 0.7  # [px] width of the lines around faces
 HALO = 2.5  # [px] around texts

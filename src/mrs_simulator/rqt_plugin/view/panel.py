@@ -2,8 +2,8 @@
 
 import time
 
-from python_qt_binding.QtCore import Qt, QTimer
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, QTimer
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
@@ -12,7 +12,6 @@ from python_qt_binding.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-
 from mrs_simulator.rqt_plugin.view.canvas import Canvas
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 

@@ -1,8 +1,8 @@
 """Banners across the window for important messages, each with its buttons."""
 
-from python_qt_binding.QtCore import QEvent, QSize, Qt
-from python_qt_binding.QtGui import QPalette
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -11,7 +11,6 @@ from python_qt_binding.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import DARK, breakable
 

@@ -4,8 +4,8 @@ import functools
 
 import numpy as np
 from matplotlib.cm import viridis
-from python_qt_binding.QtGui import QColor
 
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND, PALETTE
 
 STEPS = 24  # [-] distinct colours of a team with more than ``MOST_IN_LEGEND`` robots

@@ -7,8 +7,8 @@ text as applied, ``busy`` returns whether it is being edited.
 
 import math
 
-from python_qt_binding.QtCore import QEvent, QSize, Qt, Signal
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDoubleSpinBox,
@@ -19,7 +19,6 @@ from python_qt_binding.QtWidgets import (
     QStyleOptionComboBox,
     QStylePainter,
 )
-
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 LARGEST_WHOLE = 2.0**53  # up to here a double holds every whole number

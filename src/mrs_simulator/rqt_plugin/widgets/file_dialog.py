@@ -2,9 +2,8 @@
 
 import os
 
-from python_qt_binding.QtCore import QUrl
-from python_qt_binding.QtWidgets import QFileDialog, QLineEdit
-
+from mrs_simulator.rqt_plugin.qt.QtCore import QUrl
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QFileDialog, QLineEdit
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 

@@ -1,7 +1,7 @@
 """A layout that breaks a row of widgets into lines where the width ends."""
 
-from python_qt_binding.QtCore import QPoint, QRect, QSize, Qt
-from python_qt_binding.QtWidgets import QLayout, QSizePolicy
+from mrs_simulator.rqt_plugin.qt.QtCore import QPoint, QRect, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QLayout, QSizePolicy
 
 SPACING = 4  # [px]
 

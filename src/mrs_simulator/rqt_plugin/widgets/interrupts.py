@@ -2,7 +2,7 @@
 
 import signal
 
-from python_qt_binding.QtCore import QTimer
+from mrs_simulator.rqt_plugin.qt.QtCore import QTimer
 
 
 def from_event_loop(handler):

@@ -2,10 +2,9 @@
 
 import re
 
-from python_qt_binding.QtCore import QEvent, QSize, Qt
-from python_qt_binding.QtGui import QColor, QPalette
-from python_qt_binding.QtWidgets import QLabel, QSizePolicy
-
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QLabel, QSizePolicy
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 # On a light and on a dark background.

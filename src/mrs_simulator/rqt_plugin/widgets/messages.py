@@ -5,9 +5,8 @@ import logging
 import time
 from collections import deque
 
-from python_qt_binding.QtCore import Signal
-from python_qt_binding.QtWidgets import QPlainTextEdit
-
+from mrs_simulator.rqt_plugin.qt.QtCore import Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QPlainTextEdit
 from mrs_simulator.rqt_plugin.widgets.guard import LOG, guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import tint
 

@@ -1,6 +1,6 @@
 """Lets a widget scroll where there is less room than it needs."""
 
-from python_qt_binding.QtWidgets import QFrame, QScrollArea
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QScrollArea
 
 
 def scrolled(widget):

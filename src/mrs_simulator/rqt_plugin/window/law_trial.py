@@ -1,7 +1,7 @@
 """Keeps the window responsive while a user's law is loaded in its process."""
 
-from python_qt_binding.QtCore import QEventLoop
-from python_qt_binding.QtWidgets import QApplication
+from mrs_simulator.rqt_plugin.qt.QtCore import QEventLoop
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
 
 LONGEST = 20  # [ms] that events are handled between two looks at the law
 

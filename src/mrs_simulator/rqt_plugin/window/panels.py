@@ -1,7 +1,11 @@
 """The panels of a study and their layout; their signals are connected elsewhere."""
 
-from python_qt_binding.QtCore import QSize, Qt
-from python_qt_binding.QtWidgets import (
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
+from mrs_simulator.rqt_plugin.map.panel import MapPanel
+from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QLabel,
     QSizePolicy,
     QSplitter,
@@ -9,11 +13,6 @@ from python_qt_binding.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-
-from mrs_simulator.protocols import HOMES
-from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
-from mrs_simulator.rqt_plugin.map.panel import MapPanel
-from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.run.bar import RunBar
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel

@@ -226,6 +226,7 @@ def _claims(control, run, faults, followed=None):
         narrow = _narrow(made) if known is not None and run.meta.get("lockstep") else {}
         gripping = _gripping(control, run) if slipped is not None else None
         theory = Theory(exact, followed, slipped, narrow, points=points, gripping=gripping)
+        theory = theory._replace(unbanded=_unbanded(control, run))
     if run.collisions:
         with _keeping([], "prediction"):  # whose faults are told with the track
             theory = theory._replace(led=_led(control, run, theory, claims))
@@ -261,6 +262,19 @@ def _of_points(control, run):
     points._keep(fidelity="point_mass", deadband=0.0)
     made = _checked(call(points.all_claims, run.hand[0]), run, [])
     return {claim.name: claim for claim in made if isinstance(claim, Claim)}
+
+
+def _unbanded(control, run):
+    """Return the tolerances of claims without what they allow a dead band, by name; {} where there is none.
+
+    What a dead band costs robots that are followed is in their run already.
+    """
+    if not control.deadband:
+        return {}
+    own = copy.copy(control)
+    own._keep(deadband=0.0)
+    made = _checked(call(own.all_claims, run.hand[0]), run, [])
+    return {claim.name: claim.tolerance for claim in made if isinstance(claim, Claim)}
 
 
 def _narrow(claims):

@@ -97,13 +97,15 @@ class Theory(NamedTuple):
     that is judged, None for all of it, and ``why``; ``points``: the :class:`Points` on which the theorem
     is tested, or None; ``led``: when [s] theory leads which pairs of rows nearer to each other than bodies
     can be, as :func:`meetings.meetings` returns it, or None; ``gripping``: returns the ``followed`` of
-    wheels that speed up no faster than friction lets them, or is None.
+    wheels that speed up no faster than friction lets them, or is None; ``unbanded``: the tolerances by the
+    names of claims without what they allow a dead band, {} where there is none.
     """
 
     exact: Any = None
     followed: Any = None
     slipped: Any = None
     narrow: Dict[str, float] = {}
+    unbanded: Dict[str, float] = {}
     limited: str = ""
     late: Any = None
     ruled_out: str = ""
@@ -427,7 +429,8 @@ def _within_cost(run, claim, theory, cost, why):
         if check.passed is None or check.note.startswith(BROKEN):
             return check
         return check._replace(passed=None, note="does not apply: {}".format(why))
-    own = theory.narrow.get(claim.name, claim.tolerance)
+    typed = theory.unbanded.get(claim.name, claim.tolerance)
+    own = theory.narrow.get(claim.name, typed)
     if theory.slipped is not None:
         return _within_slip(run, claim, theory, min(own, claim.tolerance), cost)
     if claim.name in theory.narrow:  # what points miss is no cost of the robots

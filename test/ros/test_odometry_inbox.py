@@ -114,6 +114,17 @@ def test_a_height_that_cannot_be_is_refused(hear, z):
     assert np.isnan(inbox.pose()[0]).all() and inbox.heights()[1] == 1.5
 
 
+@pytest.mark.parametrize("twists", ["TWISTS", "MORE"])  # in the plane, and out of it
+def test_a_twist_that_is_not_finite_is_refused_by_name(hear, monkeypatch, twists):
+    wrong = globals()[twists].astype(float).copy()
+    wrong[0, 0] = np.nan
+    monkeypatch.setitem(globals(), twists, wrong)
+    inbox = hear(10.0, Clock(10.0, 0.0), (1.5, 1.5))
+    counts, reasons = inbox.refused()
+    assert counts == [1, 0] and "its twist is not finite: (" in reasons[1]
+    assert np.isnan(inbox.pose()[0]).all() and np.isfinite(inbox.twists()).all()
+
+
 def test_who_climbs_straight_up_does_not_repeat_itself(hear, monkeypatch):
     seconds = iter(np.arange(100.0))
     monkeypatch.setattr(odometry_inbox.time, "monotonic", lambda: next(seconds))

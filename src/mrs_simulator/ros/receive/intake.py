@@ -57,6 +57,13 @@ class Intake:
             return self.refuse(row, "at a height of {:.4g} m".format(z))
         return True
 
+    def accepts_twist(self, row, twist):
+        """Return whether the ``twist``, its components [m/s, rad/s], is a motion."""
+        if all(map(math.isfinite, twist)):
+            return True
+        shown = ", ".join("{:.3g}".format(each) for each in twist)
+        return self.refuse(row, "its twist is not finite: ({})".format(shown))
+
     def accepts_frame(self, row, frame):
         """Return whether ``frame`` is one in which robot ``row`` may publish its pose."""
         if self._wanted_frame is None or frame == self._frames[row]:

@@ -286,6 +286,7 @@ class OdometryInbox(Inbox):
             if not (
                 intake.accepts_frame(row, frame)
                 and intake.accepts_place(row, *pose[:2], length, z)
+                and intake.accepts_twist(row, (*body, *lift[5:]))
                 and intake.accepts_stamp(row, seconds, now, arrival)
             ):
                 return
@@ -345,6 +346,8 @@ class TeamInbox(Inbox):
         finite = np.isfinite(np.column_stack([poses, z, joints])).all(axis=1)
         places = np.column_stack([poses[:, :2], z])
         good = finite & (np.abs(places) < FARTHEST).all(axis=1)
+        speeds = np.column_stack([twists, spatial.twist])
+        moves = np.isfinite(speeds).all(axis=1)
         stamp = message.header.stamp
         now = clock_at(stamp.to_sec(), self._timeout)
         with self._changed:
@@ -353,6 +356,9 @@ class TeamInbox(Inbox):
                 x, y, height = places[row].tolist()
                 if self.intake.accepts_place(int(rows[row]), x, y, z=height):
                     self.intake.refuse(int(rows[row]), "its heading or a joint is not finite")
+            for row in np.flatnonzero(good & ~moves).tolist():
+                self.intake.accepts_twist(int(rows[row]), speeds[row])
+            good &= moves
             rows, poses, z = rows[good], poses[good], z[good]
             if not self._age.accepts_stamp(0, stamp.to_sec(), now, time.monotonic()):
                 for row in rows.tolist():

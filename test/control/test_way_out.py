@@ -1,5 +1,6 @@
 """Robots brake in time: their courses hold, and no pair that meets touches, whatever its kind."""
 
+import contextlib
 import os
 
 import numpy as np
@@ -137,3 +138,16 @@ def test_pioneers_with_the_ramps_of_their_firmware_cross_without_contact_or_dead
     for _ in experiment.samples():
         assert not experiment.control.safety_deadlock
     assert not experiment.collisions
+
+
+@pytest.mark.parametrize("kind", ["robotino3", "epuck"])
+def test_wheels_of_models_touch_no_sooner_than_the_outline(kind):
+    apart = Team((kind,)).reach[0] + 0.003
+    wall = {"type": "wall", "from": [-1.0, -apart - 0.05], "to": [1.0, -apart - 0.05]}
+    for heading in np.linspace(0.0, np.pi, 4):  # a wheel ahead in some of these
+        poses = [[0.0, 0.0, heading], [2.0 * apart, 0.0, heading]]
+        content = {"model": kind, "poses": poses, "obstacles": [wall], "fidelity": "dynamic"}
+        with contextlib.closing(World.from_scenario(scenario_from_dict(content))) as world:
+            for _ in range(10):
+                world.step()
+            assert not world.contacts.take(), heading

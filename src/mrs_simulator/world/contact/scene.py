@@ -6,13 +6,59 @@ import pybullet
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.vehicles.shape import outline_parts
 
+# Groups of collision, and masks of those with which a body collides.  Versions of pybullet ask for both
+# masks of a pair, or for one of them.
+MOVING, FIXED, GROUND_ALONE, ROLLING = 1, 2, 64, 128  # the first two are pybullet's own
+GROUND = FIXED | GROUND_ALONE, -1 ^ FIXED
+OTHERS = {
+    True: (MOVING, -1 ^ ROLLING),
+    False: (FIXED, -1 ^ FIXED ^ ROLLING),
+}  # by whether they move
+WIDE = 2e-3  # [m] beyond the outline, of boxes that pybullet makes 1 mm too large
+ABOVE = 0.02  # [m] the ground, up to which a wheel stands there
 OBSTACLE_COLOUR = [0.55, 0.55, 0.6, 1.0]  # [-] red, green, blue, opacity
 
 
 def add_ground(client):
     """Return the body of a level ground plane without a picture of its own."""
     shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
-    return pybullet.createMultiBody(0.0, shape, physicsClientId=client)
+    ground = pybullet.createMultiBody(0.0, shape, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(ground, -1, *GROUND, physicsClientId=client)
+    return ground
+
+
+def wide_spheres(client, body, centre, reach):
+    """Return the links of a robot's ``body`` on the ground that are spheres which stand there, and reach
+    farther than ``reach`` [m] from its ``centre`` (x, y).
+
+    Models have spheres for wheels and casters, which are narrower: another robot touches the body before
+    them.  None are returned of a model whose base has no shape of its own.
+    """
+    if not pybullet.getCollisionShapeData(body, -1, client):
+        return []
+    return [
+        link
+        for link in range(pybullet.getNumJoints(body, client))
+        if _is_wide(client, body, link, centre, reach)
+    ]
+
+
+def _is_wide(client, body, link, centre, reach):
+    forms = [shape[2] for shape in pybullet.getCollisionShapeData(body, link, client)]
+    if not forms or any(form != pybullet.GEOM_SPHERE for form in forms):
+        return False
+    low, high = np.array(pybullet.getAABB(body, link, client))
+    far = np.hypot(*(0.5 * (low + high)[:2] - centre)) + 0.5 * (high - low)[0]
+    return low[2] < ABOVE and far > reach + WIDE
+
+
+def keep_from_touching(client, body, rolling):
+    """Let the links ``rolling`` of a robot's ``body`` touch nothing but the ground."""
+    if not rolling:
+        return
+    for link in range(-1, pybullet.getNumJoints(body, client)):
+        group = (ROLLING, GROUND_ALONE) if link in rolling else OTHERS[True]
+        pybullet.setCollisionFilterGroupMask(body, link, *group, physicsClientId=client)
 
 
 def add_obstacle(client, obstacle):
@@ -25,7 +71,7 @@ def add_obstacle(client, obstacle):
         half = [0.5 * obstacle.length, 0.5 * obstacle.width, 0.5 * height]
         solid = seen = {"shapeType": pybullet.GEOM_BOX, "halfExtents": half}
         yaw = obstacle.yaw
-    return pybullet.createMultiBody(
+    body = pybullet.createMultiBody(
         0.0,
         pybullet.createCollisionShape(physicsClientId=client, **solid),
         pybullet.createVisualShape(physicsClientId=client, rgbaColor=OBSTACLE_COLOUR, **seen),
@@ -33,6 +79,8 @@ def add_obstacle(client, obstacle):
         pybullet.getQuaternionFromEuler([0.0, 0.0, yaw]),
         physicsClientId=client,
     )
+    pybullet.setCollisionFilterGroupMask(body, -1, *OTHERS[False], physicsClientId=client)
+    return body
 
 
 def add_robot(client, kind, pose):

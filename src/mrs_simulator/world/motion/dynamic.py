@@ -23,8 +23,10 @@ from mrs_simulator.world.contact.scene import (
     add_ground,
     add_obstacle,
     add_robot,
+    keep_from_touching,
     mass_and_inertia,
     mass_centre,
+    wide_spheres,
 )
 from mrs_simulator.world.motion.wheel_forces import WheelForces
 
@@ -44,6 +46,7 @@ class Model(NamedTuple):
     """What pybullet says of a kind's model, and how it stands on its wheels."""
 
     links: int
+    rolling: List[int]  # links that roll on the ground as spheres, wider than the outline
     wheels: List[int]  # joints of wheels that roll in the solver
     mass: float  # [kg]
     inertia: float  # [kg m^2] about the vertical through the centre of mass
@@ -131,7 +134,7 @@ class DynamicMotion:
         body = self._loaded(kind, pose)
         model = self._models.get(kind)
         if model is None:
-            model = self._models[kind] = self._learned(kind, body)
+            model = self._models[kind] = self._learned(kind, body, pose)
         client = {"physicsClientId": self._client}
         for link in range(-1, model.links):
             wheel = link in model.wheels
@@ -149,6 +152,7 @@ class DynamicMotion:
         pybullet.changeDynamics(
             body, -1, activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING, **client
         )
+        keep_from_touching(self._client, body, model.rolling)
         self._names[body] = "robot{}".format(row + 1)
         return body
 
@@ -160,8 +164,8 @@ class DynamicMotion:
         """Return the new body of a robot of a ``kind`` at ``pose``."""
         return add_robot(self._client, kind, pose)
 
-    def _learned(self, kind, body):
-        """Return the ``Model`` of a ``kind`` whose first robot is ``body``."""
+    def _learned(self, kind, body, pose):
+        """Return the ``Model`` of a ``kind`` whose first robot is ``body``, at ``pose``."""
         links = pybullet.getNumJoints(body, physicsClientId=self._client)
         joints = [
             pybullet.getJointInfo(body, joint, physicsClientId=self._client)[1].decode()
@@ -177,7 +181,8 @@ class DynamicMotion:
             )
         wheels = [] if pushed else [joints.index(name) for name in kind.numbers.joints]
         ahead = float(mass_centre(self._client, body)[0])
-        return Model(links, wheels, *mass_and_inertia(self._client, body), ahead)
+        rolling = wide_spheres(self._client, body, pose[:2], kind.body.reach)
+        return Model(links, rolling, wheels, *mass_and_inertia(self._client, body), ahead)
 
     def _wheel_forces(self, group, among):
         """Return the ``WheelForces`` of those robots of a ``group`` that have them, or None.

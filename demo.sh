@@ -55,6 +55,12 @@ set -u
 prepare
 private_ros
 
+fidelity=()
+if ! has_pybullet && grep -q '^fidelity: *dynamic' "$scenario"; then
+  fidelity=(fidelity:=kinematic)
+  echo "   without pybullet yet: this run is kinematic; run this again later for masses, wheels and friction"
+fi
+
 mkdir -p "$out" || fail "making $out" "choose another directory with --out"
 # Two demos at once would write over each other.
 exec 8>"$out/.demo"
@@ -93,6 +99,7 @@ fi
 # A process group of its own: Ctrl-C comes here, and from here to roslaunch.
 set -m
 roslaunch -p "$port" mrs_simulator simulation.launch scenario:="$scenario" out:="$out" speed:="$speed" lockstep:=true gui:=$gui \
+  "${fidelity[@]+"${fidelity[@]}"}" \
   >"$out/launch.log" 2>&1 </dev/null &
 launch=$!
 set +m

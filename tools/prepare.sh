@@ -18,6 +18,10 @@ debian_packages=(
   python3-dynamic-reconfigure python3-python-qt-binding python3-pyqt5
 )
 debian_dev_packages=(catkin-lint iproute2)
+# From Debian 13 on: without python_qt_binding, whose place PyQt5 takes; with what sets ROS_PACKAGE_PATH, and
+# the headers to build pybullet with.
+trixie_without=python3-python-qt-binding
+trixie_packages=(ros-environment python3-dev)
 
 noetic_packages=(
   python3-venv
@@ -147,6 +151,10 @@ from PyQt5.QtWidgets import QApplication
 QApplication([])' >/dev/null 2>&1
 }
 
+debian_release() { # the number of Debian's release, 0 for others and for what is yet without one
+  (. /etc/os-release 2>/dev/null && [ "${ID:-}" = debian ] && echo "${VERSION_ID:-99}") || echo 0
+}
+
 find_ros() { # the system's packages, and the interpreter that sees them
   python=/usr/bin/python3
   if [ -f /opt/ros/noetic/setup.bash ]; then
@@ -159,7 +167,12 @@ find_ros() { # the system's packages, and the interpreter that sees them
     fail "looking for ROS Noetic in /opt/ros/noetic" \
       "on Ubuntu 20.04 install it first, as the ROS wiki's page noetic/Installation/Ubuntu says"
   elif command -v apt-get >/dev/null; then
-    install_packages "${debian_packages[@]}" ${1:+"${debian_dev_packages[@]}"}
+    if [ "$(debian_release)" -ge 13 ]; then
+      debian_packages=("${debian_packages[@]/#$trixie_without/}" "${trixie_packages[@]}")
+    fi
+    # An entry that was taken away is empty.
+    # shellcheck disable=SC2068
+    install_packages ${debian_packages[@]} ${1:+"${debian_dev_packages[@]}"}
   else
     fail "looking for ROS 1" "wanted Debian 12, or Ubuntu 20.04 with ROS Noetic"
   fi
@@ -167,6 +180,35 @@ find_ros() { # the system's packages, and the interpreter that sees them
 
 # A stamp holds what a step was done with; the step is done again when that changes.
 done_with() { [ -f "$1" ] && [ "$(cat "$1")" = "$2" ]; }
+
+# Whether pybullet comes as a wheel for this Python; else it is built from source.
+has_wheel() { $python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; }
+
+has_pybullet() { "$root/.venv/bin/python" -c 'import pybullet' >/dev/null 2>&1; }
+
+# Builds pybullet: the tests wait for it, a demo goes on beside it. pip keeps the wheel for the next time.
+build_pybullet() {
+  local seconds=0 include building="$root/build/pybullet.log"
+  has_pybullet && return
+  include=$($python -c 'import sysconfig; print(sysconfig.get_path("include"))')
+  [ -f "$include/Python.h" ] ||
+    fail "building pybullet" "it wants Python's headers, $include/Python.h: sudo apt-get install python3-dev"
+  printf -- '== building pybullet from source, 6 to 11 minutes: there is no wheel for %s\n' "$($python -V)"
+  setsid flock -w 1800 "$root/build/.pybullet" "$root/.venv/bin/python" -m pip install --no-input \
+    --disable-pip-version-check "$(grep '^pybullet' "$root/requirements.txt")" >"$building" 2>&1 </dev/null &
+  if [ -z "${1:-}" ]; then
+    echo "   in the background, see $building; until it is here robots move without forces"
+    return
+  fi
+  while sleep 5 && kill -0 $! 2>/dev/null; do
+    seconds=$((seconds + 5))
+    [ $((seconds % 60)) = 0 ] && printf '   %d min\n' $((seconds / 60))
+  done
+  has_pybullet || {
+    tail -n 25 "$building" >&2
+    fail "building pybullet" "see $building; without it robots move by kinematics, not by forces"
+  }
+}
 
 make_environment() {
   local wanted=("$root/requirements.txt" ${1:+"$root/requirements-dev.txt"}) key options=()
@@ -176,6 +218,10 @@ make_environment() {
     logged "making the virtual environment .venv" "remove .venv and run this again" \
       "$python" -m venv --clear --system-site-packages "$root/.venv"
   rm -f "$root/.venv/lib64" # a link to lib: rosrun would look through all of it once more, for each program
+  has_wheel || {
+    grep -v '^pybullet' "$root/requirements.txt" >"$root/build/requirements.txt"
+    wanted[0]=$root/build/requirements.txt
+  }
   for file in "${wanted[@]}"; do options+=(-r "$file"); done
   echo "== installing Python packages into .venv, at most $(($2 / 100))00 MB"
   # Without a word of what is there already; pip shows its own progress.
@@ -195,6 +241,7 @@ build_package() {
   done_with "$root/build/prepared" "$key" && return
   logged "configuring the catkin package" "see the error above" \
     cmake -S "$root" -B "$root/build" -DPYTHON_EXECUTABLE="$root/.venv/bin/python" \
+    -DPython_EXECUTABLE="$root/.venv/bin/python" \
     -DCATKIN_ENABLE_TESTING=OFF
   logged "building messages and services" "see the error above" make -C "$root/build"
   echo "$key" >"$root/build/prepared"
@@ -207,6 +254,7 @@ prepare() { # [dev]
   settle
   find_ros "${1:-}"
   make_environment "${1:-}" "$need"
+  has_wheel || build_pybullet "${1:-}"
   build_package
   set +u
   . "$root/build/devel/setup.bash"

@@ -151,9 +151,13 @@ from PyQt5.QtWidgets import QApplication
 QApplication([])' >/dev/null 2>&1
 }
 
-debian_release() { # the number of Debian's release, 0 for others and for what is yet without one
-  (. /etc/os-release 2>/dev/null && [ "${ID:-}" = debian ] && echo "${VERSION_ID:-99}") || echo 0
+os_release=/etc/os-release
+of_system() { # a key of it, such as ID; empty where there is none
+  (. "$os_release" 2>/dev/null && eval "printf %s \"\${$1:-}\"")
 }
+
+# What works without ROS, in one line.
+without_ros='without it: python3 -m venv venv && . venv/bin/activate && pip install . && mrs-simulator experiment paper.yaml --out first'
 
 find_ros() { # the system's packages, and the interpreter that sees them
   python=/usr/bin/python3
@@ -163,19 +167,29 @@ find_ros() { # the system's packages, and the interpreter that sees them
     set +u
     . /opt/ros/noetic/setup.bash
     set -u
-  elif grep -qsE '^(ID|VERSION_CODENAME)=(ubuntu|focal)$' /etc/os-release; then
+  elif [ "$(of_system VERSION_CODENAME)" = focal ]; then
     fail "looking for ROS Noetic in /opt/ros/noetic" \
-      "on Ubuntu 20.04 install it first, as the ROS wiki's page noetic/Installation/Ubuntu says"
-  elif command -v apt-get >/dev/null; then
-    if [ "$(debian_release)" -ge 13 ]; then
+      "on Ubuntu 20.04 install it first, as the ROS wiki's page noetic/Installation/Ubuntu says; $without_ros"
+  elif archive_has_ros; then
+    if [ "$(of_system ID)" = debian ] && [ "$(of_system VERSION_ID)" != 11 ] && [ "$(of_system VERSION_ID)" != 12 ]; then
       debian_packages=("${debian_packages[@]/#$trixie_without/}" "${trixie_packages[@]}")
     fi
     # An entry that was taken away is empty.
     # shellcheck disable=SC2068
     install_packages ${debian_packages[@]} ${1:+"${debian_dev_packages[@]}"}
   else
-    fail "looking for ROS 1" "wanted Debian 12, or Ubuntu 20.04 with ROS Noetic"
+    fail "looking for ROS 1: $(of_system PRETTY_NAME) has no packages of it" \
+      "$without_ros"
   fi
+}
+
+# Whether apt knows ROS 1: of Debian always, of others by their archives.
+archive_has_ros() {
+  command -v apt-get >/dev/null || return 1
+  [ "$(of_system ID)" = debian ] || apt-cache show python3-rospy >/dev/null 2>&1 || {
+    { [ "$(id -u)" = 0 ] || sudo -n true; } && as_root apt-get update
+    apt-cache show python3-rospy
+  } >>"$log" 2>&1
 }
 
 # A stamp holds what a step was done with; the step is done again when that changes.

@@ -68,3 +68,40 @@ def test_a_display_that_does_not_answer_is_noticed():
 def test_the_scripts_run_under_any_shell():
     command = ["sh", os.path.join(ROOT, "demo.sh"), "--help"]
     assert subprocess.check_output(command, text=True).startswith("Usage: ./demo.sh")
+
+
+def found_ros(folder, release, in_archive):
+    """Return what ``find_ros`` does on a system of that ``release``, whose archive has ROS or not."""
+    (folder / "os-release").write_text(release)
+    (folder / "build").mkdir()
+    for name, code in (("apt-cache", not in_archive), ("apt-get", 0)):
+        (folder / name).write_text("#!/bin/sh\nexit {:d}\n".format(code))
+        (folder / name).chmod(0o755)
+    command = "os_release={}/os-release; install_packages() {{ echo $*; }}; find_ros".format(folder)
+    return shell(folder, command, PATH="{}:{}".format(folder, os.environ["PATH"]))
+
+
+@pytest.mark.skipif(os.path.exists("/opt/ros/noetic"), reason="Noetic is taken where it is")
+@pytest.mark.parametrize(
+    "release, in_archive, has, lacks",
+    [
+        ("ID=debian\nVERSION_ID=12\n", False, "python3-python-qt-binding", "python3-dev"),
+        ("ID=debian\nVERSION_ID=13\n", False, "python3-dev", "python3-python-qt-binding"),
+        ("ID=debian\n", False, "ros-environment", "python3-python-qt-binding"),  # testing
+        ("ID=ubuntu\nVERSION_CODENAME=jammy\n", True, "python3-rospy", "python3-dev"),
+    ],
+)
+def test_a_system_gets_the_packages_that_it_has(tmp_path, release, in_archive, has, lacks):
+    result = found_ros(tmp_path, release, in_archive)
+    names = result.stdout.split()
+    assert result.returncode == 0 and "python3-rospy" in names
+    assert has in names and lacks not in names
+
+
+@pytest.mark.skipif(os.path.exists("/opt/ros/noetic"), reason="Noetic is taken where it is")
+def test_a_system_without_ros_is_told_what_works(tmp_path):
+    noble = "ID=ubuntu\nVERSION_CODENAME=noble\nPRETTY_NAME='Ubuntu 24.04 LTS'\n"
+    result = found_ros(tmp_path, noble, False)
+    what, remedy = result.stderr.strip().split("\n")
+    assert result.returncode == 2 and what.endswith("Ubuntu 24.04 LTS has no packages of it")
+    assert "pip install . && mrs-simulator experiment paper.yaml" in remedy

@@ -20,6 +20,7 @@ from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
 from mrs_simulator.nodes.stage.new_team import with_robots
 from mrs_simulator.nodes.stage.pacing import Pacer
 from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
+from mrs_simulator.nodes.stage.recorders import Recorders
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
@@ -77,7 +78,7 @@ class Stage:
         self.paused = read(declared.PAUSED)
         self._most_robots = max(int(read(declared.MOST_BY_SERVICE)), scenario.n)
         self._wait_for_control = read(declared.WAIT_FOR_CONTROL) or bool(self.lockstep)
-        self._recorders_wanted = read(declared.WAIT_FOR_RECORDERS)
+        self._recorders = Recorders(read(declared.WAIT_FOR_RECORDERS))
         self._step = 0
         usual = (preset and preset.odom_rate) or max(50.0, scenario.control.rate)
         self._odometry_rate = odometry_rate(scenario, usual)
@@ -250,9 +251,8 @@ class Stage:
             waits.append("a listener to each robot's odometry")
         elif self.lockstep and not self.lockstep.settled():
             waits.append("the first commands")
-        heard, name = self.topics.recorders()
-        if heard < self._recorders_wanted:
-            waits.append("{:g} recorders on {}".format(self._recorders_wanted - heard, name))
+        missing = self._recorders.missing(*self.topics.recorders())
+        waits += [missing] if missing else []
         if waits:
             self._report("waiting for " + " and ".join(waits))
             return False

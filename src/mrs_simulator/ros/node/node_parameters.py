@@ -78,7 +78,7 @@ WAIT_FOR_RECORDERS = Field(
     "wait_for_recorders",
     0,
     low=0,
-    meaning="stand at time zero until so many subscribe to `stage/state`",
+    meaning="stand at time zero until so many subscribe to `stage/state`, and no further topic for 0.3 s",
 )
 STAGE_WORLD_FRAME = Field("world_frame", "world", meaning="of the transforms it publishes")
 STAGE_ODOM_FRAME = Field(

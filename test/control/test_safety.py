@@ -5,6 +5,7 @@ import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
 from mrs_simulator.control.safety import filter as safety
+from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.filter import margins, safe_velocities
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
@@ -157,3 +158,21 @@ def test_newtons_method_and_gradients_find_the_same(cap, monkeypatch):
     by_gradients = safety.safe_velocities(wanted, points, distance, 0.02, speed=speed)
     np.testing.assert_allclose(given, by_gradients, atol=1e-3)  # these stop a little outside
     assert not np.array_equal(given, wanted)
+
+
+@pytest.mark.parametrize("caps", [None, np.full(9, 0.5)])
+def test_the_slope_of_many_constraints_is_that_of_their_matrix(monkeypatch, caps):
+    draw = np.random.default_rng(4)
+    points = np.stack(np.meshgrid(np.arange(3.0), np.arange(3.0)), -1).reshape(-1, 2)
+    walls = Surroundings(arena=(-0.5, -0.5, 2.5, 2.5)).bounds(points, np.full(9, 0.4))
+    rows = safety._joined(safety._pair_rows(points, 0.8, PERIOD, 1.0), walls, PERIOD)
+    dual = safety._Dual(draw.normal(0.0, 1.0, (9, 2)), rows, caps)
+    free, change = draw.normal(0.0, 1.0, 18), draw.normal(0.0, 1.0, len(rows.limit))
+    active = np.arange(len(change))
+    dense = dual.slope(active, free)(change)
+    monkeypatch.setattr(safety, "FEW", 0)
+    np.testing.assert_allclose(dual.slope(active, free)(change), dense, atol=1e-12)
+    # Of forces themselves: the excess without caps is linear.
+    if caps is None:
+        forces = dual.excess(dual.free(0.0 * change)) - dual.excess(dual.free(change))
+        np.testing.assert_allclose(forces, dense, atol=1e-12)

@@ -18,6 +18,7 @@ LITTLE = 0.15  # [rad] the same upwards, and before what may have no way round, 
 HEEDS = 3.0  # [-] kept distances within which robots turn aside
 STEPS = 12  # [-] most steps of the solver by Newton's method
 SWEEPS = 400  # [-] most steps of the solver by gradients
+FEW = 100  # [-] active constraints up to which the equations' matrix is made: its products are cheap then
 RESIDUAL = 1e-12  # [-] that is left of linear equations
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 
@@ -322,21 +323,41 @@ class _Dual:
         return (self._share * self.pushed(free)[self._place]).sum(axis=0) - self._limit
 
     def slope(self, rows, free):
-        """Return by how much the excess of ``rows`` (k,) falls for each of their forces, (k, k)."""
-        share = np.zeros((len(rows), len(free)))
-        place = np.arange(len(rows)), self._place[:, rows]
-        np.add.at(share, place, self._share[:, rows])
-        moved = share if self._speed is None else self._turned(share, free)
-        return share @ moved.T
+        """Return how changes (k,) of the forces of ``rows`` (k,) lower their excess (k,), as a function."""
+        place, share = self._place[:, rows], self._share[:, rows]
+        turned = self._slope_of_caps(free)
+        if len(rows) > FEW:
 
-    def _turned(self, share, free):
-        """Return ``share`` (k, n d) times the slope of the caps: on its cap a velocity only turns."""
-        free, share = free.reshape(self.n, -1), share.reshape(len(share), self.n, -1)
+            def fallen(change):
+                pushes = np.bincount(place.ravel(), (share * change).ravel(), len(free))
+                return (share * turned(pushes)[place]).sum(axis=0)
+
+            return fallen
+        d, dense = len(place) // 2, np.zeros((len(rows), len(free)))
+        at = np.arange(len(rows))
+        # The second first: of constraints of one robot it is the same robot, with nothing.
+        dense[at, place[d:]] = share[d:]
+        dense[at, place[:d]] = share[:d]
+        return (dense @ turned(dense).T).dot
+
+    def _slope_of_caps(self, free):
+        """Return a function of changes (..., n d) of velocities ``free``: those within the caps.
+
+        On its cap a velocity only turns.
+        """
+        if self._speed is None:
+            return lambda change: change
+        free = free.reshape(self.n, -1)
         size = np.maximum(np.linalg.norm(free, axis=1), 1e-300)
         factor = np.minimum(1.0, self._speed / size)[:, np.newaxis]
         ahead = np.where(factor < 1.0, free / size[:, np.newaxis], 0.0)
-        along = (share * ahead).sum(axis=2, keepdims=True)
-        return (factor * (share - along * ahead)).reshape(len(share), -1)
+
+        def turned(change):
+            own = change.reshape(change.shape[:-1] + free.shape)
+            along = (own * ahead).sum(axis=-1, keepdims=True)
+            return (factor * (own - along * ahead)).reshape(change.shape)
+
+        return turned
 
 
 def _by_newton(dual, force, tolerance):
@@ -366,7 +387,7 @@ def _by_newton(dual, force, tolerance):
 
 
 def _solved(matrix, right):
-    """Return x (k,) with ``matrix x = right``, semi-definite, by conjugate gradients.
+    """Return x (k,) with ``matrix(x) = right``, linear and semi-definite, by conjugate gradients.
 
     They need no LAPACK, whose threads cost more than so few rows.
     """
@@ -374,7 +395,7 @@ def _solved(matrix, right):
     along, size = left, np.dot(left, left)
     least = RESIDUAL * RESIDUAL * size
     for _ in range(2 * len(right)):
-        moved = matrix.dot(along)
+        moved = matrix(along)
         curved = np.dot(along, moved)
         if size <= least or curved <= 0.0:
             break

@@ -12,6 +12,7 @@ START_COLOUR = "#d60000"
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
 # Without the pale end, which is too faint on white.
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
+FARTHEST_DRAWN = 1e100  # [m], whose differences are numbers
 MOST_IN_LEGEND = 12  # above it a colour bar distinguishes robots
 MOST_IN_LEGEND_ROW = 6
 ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
@@ -85,7 +86,8 @@ def most_points(n):
 
 def points_of(run, prediction):
     """Return the points to draw, (m, n, 2) [m]: centres, or hand points to hold against theory."""
-    return run.pose[:, :, :2] if prediction is None else run.hand[:, :, :2]
+    points = run.pose[:, :, :2] if prediction is None else run.hand[:, :, :2]
+    return np.clip(points, -FARTHEST_DRAWN, FARTHEST_DRAWN)
 
 
 def predicted_of(run, prediction):

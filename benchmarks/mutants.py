@@ -138,7 +138,7 @@ def main():
     wrong, table = [], {}
     for task, outcome, failed in results(wanted):
         if task.edit is None:
-            if outcome != "passed":
+            if outcome not in ("passed", "not_judged"):  # of a few seconds the law alone is judged
                 wrong.append("{}: {} without an edit: {}".format(task.group, outcome, failed))
             continue
         caught = outcome == "failed"

@@ -41,8 +41,8 @@ DYNAMIC_HEADER = """## On full dynamics
 The shipped scenarios with robots that have masses, motors, contacts and friction, or hulls and rotors;
 made by `python3 benchmarks/agreement.py --dynamic`, with numbers in brackets as above. What robots make
 of their commands is taken from the record, and the published law must show the same when it is given
-that ([where tolerances come from](verdict.md#where-tolerances-come-from)). So robots use up nearly all
-of these tolerances, too, and only a tenth of what points are allowed comes on top.
+that ([where tolerances come from](verdict_numbers.md#where-tolerances-come-from)). So robots use
+up nearly all of these tolerances, too, and only a tenth of what points are allowed comes on top.
 
 How much slip may cost is not derived. These bounds, beside what held commands and limits cost, are
 round numbers above the worst that was measured over the runs of this table:
@@ -70,10 +70,10 @@ What each shipped scenario's claims measure on point masses and on robots; made 
 benchmarks/agreement.py > docs/agreement.md`. The robots are of the scenario's own kinds, kinematic,
 with speeds limited to 1.5 m/s and 360 deg/s. The number in brackets is the share of the claim's
 tolerance that the difference uses up ([where tolerances come
-from](verdict.md#where-tolerances-come-from)). Where speed limits cost a claim more than it allows, only
-the part of the run after they have let go is judged. A dash means not judged: a condition does not
-hold, robots touched, limits left no rest of the run, or the run is too short for the claim. Bold means
-outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
+from](verdict_numbers.md#where-tolerances-come-from)). Where speed limits cost a claim more than it
+allows, only the part of the run after they have let go is judged. A dash means not judged: a condition
+does not hold, robots touched, limits left no rest of the run, or the run is too short for the claim.
+Bold means outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
 
 Robots use up nearly all of a tolerance that is computed, since held commands, ramps and limits cost
 them what they cost in the computation; only a tenth of what points are allowed comes on top.

@@ -27,3 +27,14 @@ def test_the_campaign_has_five_mistakes_of_each_protocol():
     for protocol in [*HOMES, "mapping (7)", "faulty edges"]:
         of_it = [group for name, group in groups.items() if name.startswith(protocol)]
         assert sum(len(group["mutants"]) for group in of_it) >= 5, protocol
+
+
+def test_each_mistake_is_put_where_its_source_still_is():
+    with open(os.path.join(BENCHMARKS, "mutants.yaml"), encoding="utf-8") as file:
+        groups = yaml.safe_load(file)
+    package = os.path.join(os.path.dirname(BENCHMARKS), "src", "mrs_simulator")
+    for name, group in groups.items():
+        for edit in group["mutants"]:
+            path = os.path.join(package, *edit["module"].split(".")) + ".py"
+            with open(path, encoding="utf-8") as source:
+                assert edit["right"] in source.read(), (name, edit)

@@ -276,7 +276,7 @@ def test_damaged_bags_are_read_or_refused(tmp_path):
 def test_a_preflight_that_cannot_write_its_checks_says_so(monkeypatch, capsys):
     monkeypatch.setattr(preflight.rosgraph, "is_master_online", lambda: True)
     monkeypatch.setattr(preflight, "start_node", lambda name: None)
-    monkeypatch.setattr(preflight, "_checked", lambda scenario: [Check("distances", True, "")])
+    monkeypatch.setattr(preflight, "_checked", lambda *given: [Check("distances", True, "")])
     with pytest.raises(SystemExit) as ended:
         preflight.main(["--json", "/dev/full"])
     assert ended.value.code == 2

@@ -114,8 +114,8 @@ def show(n, seconds, way, points):
     ``way``: one of ``WAYS``; ``points``: of trails, in all.
     """
     import rospy
-    from python_qt_binding.QtCore import QEvent, QObject, Qt, QTimer
-    from python_qt_binding.QtWidgets import QApplication
+    from PyQt5.QtCore import QEvent, QObject, Qt, QTimer
+    from PyQt5.QtWidgets import QApplication
 
     from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
     from mrs_simulator.rqt_plugin.run.processes import Processes
@@ -203,9 +203,9 @@ def fill(show_snapshot, newest, points):
 
 def drag(widget):
     """Drag the view of ``widget`` about, for ever."""
-    from python_qt_binding.QtCore import QEvent, QPointF, Qt, QTimer
-    from python_qt_binding.QtGui import QMouseEvent
-    from python_qt_binding.QtWidgets import QApplication
+    from PyQt5.QtCore import QEvent, QPointF, Qt, QTimer
+    from PyQt5.QtGui import QMouseEvent
+    from PyQt5.QtWidgets import QApplication
 
     middle = QPointF(widget.rect().center())
 

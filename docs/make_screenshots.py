@@ -145,8 +145,8 @@ def take(options):
     """Take the pictures of a whole study in one look."""
     import rosgraph
     import rospy
-    from python_qt_binding.QtGui import QColor, QPalette
-    from python_qt_binding.QtWidgets import QApplication
+    from PyQt5.QtGui import QColor, QPalette
+    from PyQt5.QtWidgets import QApplication
 
     from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
     from mrs_simulator.rqt_plugin.run.processes import Processes

@@ -11,7 +11,7 @@ from ros_fixtures import log_of
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LOADED = (
-    "python_qt_binding.QtTest",
+    "PyQt5.QtTest",
     "mrs_simulator.rqt_plugin.ros_side.connection",
     "mrs_simulator.rqt_plugin.study_widget",
 )
@@ -19,9 +19,9 @@ LOADED = (
 PROGRAM = """
 import json, os, sys, time
 import rospy
-from python_qt_binding.QtWidgets import QApplication
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtCore import QPoint, Qt
+from PyQt5.QtWidgets import QApplication
+from PyQt5.QtTest import QTest
+from PyQt5.QtCore import QPoint, Qt
 application = QApplication([])
 rospy.init_node("gui", disable_signals=True)
 import logging
@@ -93,7 +93,7 @@ def quiet_study(scenario):
     """Return the whole GUI with nothing behind it, and timers that stand."""
     from unittest.mock import MagicMock
 
-    from python_qt_binding.QtCore import QTimer  # not for the tests without widgets
+    from PyQt5.QtCore import QTimer  # not for the tests without widgets
 
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
@@ -116,7 +116,7 @@ def quiet_study(scenario):
 
 def shown(widget, width, height):
     """Return the widget, shown in this size and active, so that keys reach it."""
-    from python_qt_binding.QtTest import QTest  # not for the tests without widgets
+    from PyQt5.QtTest import QTest  # not for the tests without widgets
 
     widget.resize(width, height)
     widget.show()
@@ -128,7 +128,7 @@ def shown(widget, width, height):
 @pytest.fixture
 def no_hidden_errors(monkeypatch):
     """Fail if a slot or an event handler raised."""
-    from python_qt_binding.QtWidgets import QApplication  # not for the tests without widgets
+    from PyQt5.QtWidgets import QApplication  # not for the tests without widgets
 
     from mrs_simulator.rqt_plugin.widgets.guard import LOG
 

@@ -295,8 +295,8 @@ def test_land_lies_in_water_and_is_no_thing_that_hides():
 
 
 def test_both_painters_show_the_same_picture():
-    from python_qt_binding.QtGui import QImage, QPainter
-    from python_qt_binding.QtWidgets import QApplication
+    from PyQt5.QtGui import QImage, QPainter
+    from PyQt5.QtWidgets import QApplication
 
     from mrs_simulator.rqt_plugin.view.painting import paint
 

@@ -9,10 +9,10 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
-from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
-from python_qt_binding.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
 from mrs_simulator.core.spatial import upright

@@ -581,7 +581,7 @@ def test_a_closed_gui_leaves_nothing_behind(gui):
         """
 import gc
 from matplotlib.figure import Figure
-from python_qt_binding.QtCore import QEvent
+from PyQt5.QtCore import QEvent
 from rospy.topics import get_topic_manager
 def alive():
     gc.collect()

@@ -9,7 +9,7 @@ import sys
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication
 from ros_fixtures import heed_interrupts
 
 from mrs_simulator.rqt_plugin.widgets.interrupts import defer_interrupts

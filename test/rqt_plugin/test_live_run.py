@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gui_fixtures import quiet_study
 from protocol_fixtures import shipped
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
 from mrs_simulator.record.run_changes import controller_settings

@@ -9,8 +9,8 @@ import rospy
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
-from python_qt_binding.QtGui import (
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import (
     QColor,
     QHelpEvent,
     QMouseEvent,
@@ -19,8 +19,8 @@ from python_qt_binding.QtGui import (
     QPixmap,
     QWheelEvent,
 )
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication, QToolTip
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication, QToolTip
 from snapshots import snapshot_of
 
 from mrs_simulator.core.spatial import upright

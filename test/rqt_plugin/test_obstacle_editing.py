@@ -9,10 +9,10 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study
-from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
-from python_qt_binding.QtGui import QContextMenuEvent, QMouseEvent
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QContextMenuEvent, QMouseEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.rqt_plugin.map import obstacle_shapes as shapes
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict

@@ -8,7 +8,7 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication
 from ros_fixtures import wait_until
 
 from mrs_simulator.ros.node.diagnostics import ERROR, OK, Health, array

@@ -6,10 +6,10 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
 from gui_fixtures import shown
-from python_qt_binding.QtCore import QPoint, QPointF, Qt
-from python_qt_binding.QtGui import QColor, QPalette, QWheelEvent
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication, QPushButton, QWidget
+from PyQt5.QtCore import QPoint, QPointF, Qt
+from PyQt5.QtGui import QColor, QPalette, QWheelEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication, QPushButton, QWidget
 
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.protocols.formation.equations import PARAMETERS

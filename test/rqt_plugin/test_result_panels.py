@@ -6,10 +6,10 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
 from gui_fixtures import shown
-from python_qt_binding.QtCore import QPoint, Qt
-from python_qt_binding.QtGui import QColor, QPalette
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel

@@ -9,10 +9,10 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import shown as active
-from python_qt_binding.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QTimer
-from python_qt_binding.QtGui import QKeySequence, QMouseEvent
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import (
+from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QTimer
+from PyQt5.QtGui import QKeySequence, QMouseEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import (
     QApplication,
     QDockWidget,
     QLabel,

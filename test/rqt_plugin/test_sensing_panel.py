@@ -11,8 +11,8 @@ import rospy
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
-from python_qt_binding.QtGui import QColor
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtGui import QColor
+from PyQt5.QtWidgets import QApplication
 from sensor_msgs.msg import PointCloud
 from snapshots import snapshot_of
 from std_msgs.msg import Float64, Header, Int8

@@ -9,9 +9,9 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 import pytest
 from gui_fixtures import shown
-from python_qt_binding.QtCore import Qt
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import (
+from PyQt5.QtCore import Qt
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import (
     QAbstractItemView,
     QApplication,
     QComboBox,

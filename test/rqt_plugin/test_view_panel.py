@@ -6,10 +6,10 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
-from python_qt_binding.QtCore import QPoint, QPointF, Qt
-from python_qt_binding.QtGui import QWheelEvent
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication
+from PyQt5.QtCore import QPoint, QPointF, Qt
+from PyQt5.QtGui import QWheelEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
 from mrs_simulator.rqt_plugin.map.view import MapView

@@ -105,7 +105,7 @@ def test_commands_are_obeyed_late_and_by_their_factors():
     "given, said",
     [
         ({"delay": -1}, "mismatch.delay: -1, wanted a number from 0 to 2"),
-        ({"speed": [1, 1]}, r"mismatch.speed: \[1, 1\], wanted a number from 0.2 to 5, or 4"),
+        ({"speed": [1, 1]}, r"mismatch.speed: \[1, 1\], wanted a number from 0 to 5, or 4"),
         ({"track": [1, 1, 1, 9]}, r"mismatch.track\[3\]: 9, wanted a number from 0.2 to 5"),
         ({"sped": 1}, "mismatch: unknown 'sped'; did you mean 'speed'"),
         ([], "wanted a mapping"),

@@ -72,7 +72,7 @@ def held_track(points, time, period):
     return (1.0 - share) * knots[before] + share * knots[before + 1]
 
 
-def decays_as(exact, of, tolerance=0.05):
+def decays_as(exact, of, tolerance=0.02):
     """Claim that the quantity ``of`` decays at the rate that ``exact(start, time)`` shows meanwhile.
 
     The eigenvalue alone shows in no run where modes nearly coincide, oscillate or come in turns.

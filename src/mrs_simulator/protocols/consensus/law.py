@@ -54,7 +54,7 @@ def keeps_weighted_mean(topology):
 def decays_at(value, topology, of=disagreement):
     """Return the claim of a decay rate ``value`` [1/s], in a list; an empty one without simple modes."""
     known = topology.n > 1 and has_simple_modes(topology)
-    return [rate(value, of, 0.05, DECAY)] if known else []
+    return [rate(value, of, name=DECAY)] if known else []
 
 
 def never_grows(quantity, name, period):
@@ -136,7 +136,7 @@ class Consensus(PioneerControl):
 
     def _over_links(self, start):
         places = np.zeros_like(start)
-        return Linear(self.topology, self.gain, places, self.period, self.links, AGREED, 0.05)
+        return Linear(self.topology, self.gain, places, self.period, self.links, AGREED, 0.02)
 
 
 class DiscreteConsensus(PioneerControl):
@@ -201,7 +201,7 @@ class DiscreteConsensus(PioneerControl):
 
     def _over_links(self, start):
         gain, places = self.eps / self.period, np.zeros_like(start)
-        return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.05)
+        return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.02)
 
 
 def powers(step, start, counts):

@@ -144,4 +144,4 @@ class SwitchingConsensus(Remembering):
 
     def _without_losses(self, start):
         places, turns = np.zeros_like(start), links.Links(switching=self._switching)
-        return Linear(self.topology, self.gain, places, self.period, turns, AGREED, 0.05)
+        return Linear(self.topology, self.gain, places, self.period, turns, AGREED, 0.02)

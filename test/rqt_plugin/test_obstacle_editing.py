@@ -1,7 +1,6 @@
 """Obstacles edited on the map with mouse and keys: as they are drawn, taken up, refused and undone."""
 
 import os
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -286,7 +285,7 @@ def test_nothing_is_edited_while_the_simulation_runs(study):
 
 def test_a_controller_that_stands_ends_as_it_has_the_old_obstacles(study):
     study.study.processes.is_running.side_effect = lambda name: name == "control"
-    study.connection.newest.return_value = SimpleNamespace(data=False)
+    study.connection.newest.return_value = False
     study.map.editor.select("crate")
     study.map.editor.delete()
     study.study.processes.stop.assert_called_once_with("control")

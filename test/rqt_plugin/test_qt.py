@@ -12,7 +12,7 @@ import sys
 class Missing:
     def find_spec(self, name, path=None, target=None):
         if name.split(".")[0] in {missing!r}:
-            raise ImportError("no " + name)
+            raise ModuleNotFoundError("no " + name, name=name)
 
 sys.meta_path.insert(0, Missing())
 """
@@ -55,3 +55,35 @@ def test_the_widgets_work_by_either_binding(missing, said):
 def test_without_any_it_says_what_to_install():
     said = ran(("python_qt_binding", "PyQt5"), "import mrs_simulator.rqt_plugin.qt")
     assert "ImportError: the window needs PyQt5: pip install PyQt5" in said
+
+
+ROS = (
+    "rospy",
+    "rosgraph",
+    "roslib",
+    "rospkg",
+    "genpy",
+    "std_msgs",
+    "std_srvs",
+    "geometry_msgs",
+    "nav_msgs",
+)
+UNLOADED = tuple(set(ROS) - {"geometry_msgs"})  # for which classes of our own stand in
+WINDOW = """
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
+application = QApplication([])
+sys.path.insert(0, {test!r})
+from gui_fixtures import quiet_study
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import shipped_scenarios
+study = quiet_study(load_scenario(shipped_scenarios() + "/paper.yaml"))
+study.show()
+application.processEvents()
+print(sorted(set(sys.modules) & set({ros!r})), study.scenario.n)
+"""
+
+
+def test_the_window_opens_where_there_is_no_ros():
+    directory = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    said = ran((*ROS, "python_qt_binding"), WINDOW.format(test=directory, ros=UNLOADED))
+    assert said.splitlines()[-1] == "[] 7", said

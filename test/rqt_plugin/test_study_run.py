@@ -190,7 +190,7 @@ def test_a_controller_of_another_team_is_not_asked_to_start(tmp_path):
 
 def test_what_a_running_stage_does_not_take_over_is_said():
     text = shipped("consensus", fidelity="dynamic", limits="top").to_yaml()
-    received = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
+    received = {"stage": SimpleNamespace(), "scenario": text}
     run = study(connection=Connection(**received))
     assert "its own fidelity, limits: end it to use" in run.stage.kept()
     run.edited.take(shipped("consensus", fidelity="dynamic", limits="top"))
@@ -210,7 +210,7 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
     reported = reported._replace(control=reported.control._replace(protocol=protocol))
     received = {
         "stage": SimpleNamespace(speed=5.0),
-        "scenario": SimpleNamespace(data=reported.to_yaml()),
+        "scenario": reported.to_yaml(),
     }
     run = study(connection=Connection(**received))
     assert run.do("simulate") == "attached to the running stage" and run.connection.asked == []
@@ -231,7 +231,7 @@ def test_attaching_takes_kinds_that_are_published_as_data(own, said):
     reported = reported._replace(kinds=("mine",) * reported.n, own_kinds={"mine": own})
     received = {
         "stage": SimpleNamespace(speed=1.0),
-        "scenario": SimpleNamespace(data=reported.to_yaml()),
+        "scenario": reported.to_yaml(),
     }
     run = study(connection=Connection(**received))
     assert str(run.do("simulate")).startswith(said)
@@ -242,7 +242,7 @@ def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
     run = study(connection=Connection(stage=SimpleNamespace(speed=1.0, lockstep=False)))
     before = run.scenario
     assert "not attached" in run.do("simulate")
-    run.connection.received["scenario"] = SimpleNamespace(data="poses: 3")
+    run.connection.received["scenario"] = "poses: 3"
     assert "not attached: stage/scenario" in run.do("simulate") and run.scenario is before
 
 

@@ -75,7 +75,7 @@ def test_the_robots_in_the_status_line(shown, said):
 
 def test_the_controller_in_the_status_line():
     def said(pressed, control=STOPPED):
-        return state(control=control, emergency=SimpleNamespace(data=pressed)).lines()["controller"]
+        return state(control=control, emergency=pressed).lines()["controller"]
 
     assert said(True) == (False, "controller: emergency stop")
     assert said(False) == (None, "controller: stopped; emergency stop released: press Start")
@@ -99,7 +99,7 @@ def test_no_time_where_there_is_none():
         (dict(snapshot=snapshot(stale=[2])), "no recent data of robot2"),
         (dict(snapshot=snapshot(), control=RUNNING), "a controller runs"),
         (
-            dict(snapshot=snapshot(), emergency=SimpleNamespace(data=True)),
+            dict(snapshot=snapshot(), emergency=True),
             "release the emergency stop first",
         ),
         (dict(snapshot=snapshot(), checking=True), "a check is under way"),

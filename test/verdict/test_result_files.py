@@ -84,14 +84,14 @@ def test_a_pipe_is_no_verdict(tmp_path):
     ],
 )
 def test_what_the_check_of_robots_has_not_written_is_refused(tmp_path, content, told):
-    preflight_run = pytest.importorskip("mrs_simulator.rqt_plugin.ros_side.preflight_run")
+    preflight_run = pytest.importorskip("mrs_simulator.rqt_plugin.run.preflight_run")
     with pytest.raises(ValueError) as caught:
         preflight_run.read_findings(written(tmp_path / "preflight.json", content))
     assert told in str(caught.value)
 
 
 def test_the_findings_are_those_checks_that_did_not_pass(tmp_path):
-    preflight_run = pytest.importorskip("mrs_simulator.rqt_plugin.ros_side.preflight_run")
+    preflight_run = pytest.importorskip("mrs_simulator.rqt_plugin.run.preflight_run")
     row = {"robot": "robot1", "what": "odometry", "value": "none", "wanted": "some"}
     rows = [dict(row, passed=True, judged=False), dict(row, passed=False, judged=True)]
     passed, (finding,) = preflight_run.read_findings(written(tmp_path / "preflight.json", rows))

@@ -1,7 +1,9 @@
-"""How a command was called, for its usage: alone, as under ROS, or below ``mrs-simulator``."""
+"""Who called a command: a shell, ``mrs-simulator`` or a GUI."""
 
 import contextlib
 
+# A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
+PARENT = "MRS_SIMULATOR_PARENT"
 _above = ""  # the command and a blank
 
 

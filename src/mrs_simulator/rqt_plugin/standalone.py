@@ -18,7 +18,7 @@ from mrs_simulator.ros.node.lifecycle import spare_garbage_collection
 from mrs_simulator.rqt_plugin.qt.QtCore import QSettings, QTimer
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
-from mrs_simulator.rqt_plugin.ros_side.preflight_run import SHARED
+from mrs_simulator.rqt_plugin.ros_side.controller_parameters import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget

@@ -11,11 +11,10 @@ import time
 import rospy
 import rospy.impl.tcpros_base
 
+from mrs_simulator.core.program import PARENT
 from mrs_simulator.ros.node.registration import keep_registered
 from mrs_simulator.ros.node.unknown_parameters import refuse_unknown, warn_of_unknown
 
-# A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
-PARENT = "MRS_SIMULATOR_PARENT"
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 FAREWELL = 5.0  # [s] of wall time for the last commands and for the master's answer
 HEADER = 10.0  # [s] of wall time in which a peer that connects has to send its header

@@ -3,7 +3,8 @@
 import time
 
 from mrs_simulator.ros.message_forms.messages import robot_specs
-from mrs_simulator.rqt_plugin.ros_side import service_calls
+from mrs_simulator.rqt_plugin.connection import Connection
+from mrs_simulator.rqt_plugin.ros_side import controller_parameters, service_calls
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.ros_side.inbox import SILENCE, Inbox
 from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
@@ -17,7 +18,7 @@ END_LIMIT = 2.0  # [s] of wall time that the last requests have
 BEGINNINGS = ("reset", "set_team", "start")  # services after which another run begins
 
 
-class RosConnection:
+class RosConnection(Connection):
     """Subscribes to stage, controller and robots; calls services and sets parameters in the background."""
 
     def __init__(self):
@@ -27,38 +28,54 @@ class RosConnection:
         self._master = MasterWatch(
             self._inbox, self._robots, self._sensors, self._diagnostics, self._emergency
         )
-        self.newest, self.forget, self.silence = (
-            self._inbox.newest,
-            self._inbox.forget,
-            self._inbox.silence,
-        )
-        self.is_fresh, self.begin_run = self._inbox.is_fresh, self._inbox.begin_run
-        self.take_incidents = self._inbox.take_incidents
-        self.take_estimates, self.take_applied = (
-            self._inbox.take_estimates,
-            self._inbox.take_applied,
-        )
-        self.take_collisions, self.controller = self._inbox.take_collisions, self._inbox.controller
-        self.watch_sensors = self._sensors.watch
-        self.watch_diagnostics = self._diagnostics.watch
-        self.diagnostics = self._diagnostics.parts
-        self.first_stamp = self._robots.first_stamp
-        self.set_starts, self.odometry_topics = self._robots.set_starts, self._robots.topics
-        self.do, self.take_results = self._calls.do, self._calls.take_results
-        self.set_emergency = self._emergency.set
+        self.controller = self._inbox.controller
         self._master.start()
 
     @property
     def master_online(self):
-        """Return whether there is a master."""
         return self._master.online
 
     @property
     def registered(self):
-        """Return the names of those of ``master.KEPT`` that are published."""
         return self._master.registered
 
     # What was received ---------------------------------------------------------------------------
+
+    def newest(self, name):
+        return self._inbox.newest(name)
+
+    def forget(self, name):
+        return self._inbox.forget(name)
+
+    def silence(self, name):
+        return self._inbox.silence(name)
+
+    def is_fresh(self, name):
+        return self._inbox.is_fresh(name)
+
+    def diagnostics(self):
+        return self._diagnostics.parts()
+
+    def odometry_topics(self):
+        return self._robots.topics()
+
+    def first_stamp(self):
+        return self._robots.first_stamp()
+
+    def take_collisions(self):
+        return self._inbox.take_collisions()
+
+    def take_incidents(self):
+        return self._inbox.take_incidents()
+
+    def take_applied(self):
+        return self._inbox.take_applied()
+
+    def take_estimates(self):
+        return self._inbox.take_estimates()
+
+    def take_results(self):
+        return self._calls.take_results()
 
     def snapshot(self):
         """Return the newest ``StateTable``: of the stage, else of the robots' odometry; None before."""
@@ -116,6 +133,30 @@ class RosConnection:
         self._calls.put(
             MASTER, "restored_time", lambda: service_calls.restore_simulated_time(before)
         )
+
+    def set_emergency(self, on):
+        return self._emergency.set(on)
+
+    def begin_run(self):
+        return self._inbox.begin_run()
+
+    def do(self, name, function):
+        return self._calls.do(name, function)
+
+    def watch_sensors(self, wanted):
+        return self._sensors.watch(wanted)
+
+    def watch_diagnostics(self, wanted):
+        return self._diagnostics.watch(wanted)
+
+    def set_starts(self, poses, in_space=False):
+        return self._robots.set_starts(poses, in_space)
+
+    def has_simulated_time(self):
+        return controller_parameters.has_simulated_time()
+
+    def controller_arguments(self, topics):
+        return controller_parameters.controller_arguments(topics)
 
     def close(self):
         """Finish pending requests and unregister from all topics, within ``END_LIMIT``.

@@ -1,6 +1,7 @@
 """The newest messages of stage and controller: rospy's callbacks store, the GUI's timers read them."""
 
 import contextlib
+import operator
 import threading
 import time
 from collections import deque
@@ -24,7 +25,12 @@ SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curve
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
 MOST_COLLISIONS = 1000  # [-] kept meanwhile
 SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a robot counts as silent
-READERS = {"stage": read_stage_status, "control": read_control_status}
+READERS = {
+    "stage": read_stage_status,
+    "control": read_control_status,
+    "scenario": operator.attrgetter("data"),
+    "emergency": operator.attrgetter("data"),
+}
 
 
 class Inbox:
@@ -44,7 +50,7 @@ class Inbox:
 
     def keep(self, message, name):
         """Keep a ``message`` called ``name``."""
-        value = READERS[name](message) if name in READERS else message
+        value = READERS[name](message)
         with self._lock:
             if name == "control":
                 self.controller.note(value.stamp, value.running, value.trouble)
@@ -90,7 +96,7 @@ class Inbox:
     # Reading -------------------------------------------------------------------------------------
 
     def newest(self, name):
-        """Return the newest message called ``name``: stage, control, scenario, emergency; or None."""
+        """Return what ``Connection.newest`` does."""
         with self._lock:
             return self._newest.get(name)
 

@@ -1,7 +1,7 @@
 """The controller of a study: started, after a check where robots are real, stopped and replaced; no Qt."""
 
-from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, real_arguments
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.preflight_run import Finding, real_arguments
 from mrs_simulator.rqt_plugin.run.stage_run import lockstep_option
 from mrs_simulator.study.results.report import write_scenario
 

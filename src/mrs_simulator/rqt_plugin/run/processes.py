@@ -9,7 +9,7 @@ import tempfile
 import threading
 import time
 
-from mrs_simulator.ros.node.lifecycle import PARENT
+from mrs_simulator.core.program import PARENT
 
 # How a program is ended: with each signal, the time [s] that it has until the next one.
 ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))

@@ -83,10 +83,10 @@ class StageRun:
 
     def _scenario(self):
         """Return the scenario of the stage that runs, None before it is known."""
-        message = self._connection.newest("scenario")
-        if message is None or not self._connection.is_fresh("stage"):
+        text = self._connection.newest("scenario")
+        if text is None or not self._connection.is_fresh("stage"):
             return None
-        return scenario_from_yaml(message.data, "stage/scenario")
+        return scenario_from_yaml(text, "stage/scenario")
 
     def kept(self):
         """Return a message on what a running stage does not take over from the scenario, or ""."""

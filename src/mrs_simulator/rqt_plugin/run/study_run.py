@@ -3,10 +3,10 @@
 import os
 
 from mrs_simulator.record.missed_periods import MissedPeriods
-from mrs_simulator.rqt_plugin.ros_side.preflight_run import PreflightRun
 from mrs_simulator.rqt_plugin.run.control_run import ControlRun
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.preflight_run import PreflightRun
 from mrs_simulator.rqt_plugin.run.programs import called
 from mrs_simulator.rqt_plugin.run.run_files import RunFiles
 from mrs_simulator.rqt_plugin.run.stage_run import StageRun

@@ -44,8 +44,7 @@ class StudyState:
 
     def is_emergency(self):
         """Return whether the emergency stop is latched."""
-        emergency = self.connection.newest("emergency")
-        return emergency is not None and emergency.data
+        return bool(self.connection.newest("emergency"))
 
     def real(self):
         """Return the numbers of the real robots."""

@@ -98,7 +98,7 @@ class LiveRun:
             staged, stage = map(self._connection.newest, ("scenario", "stage"))
             speed = study.scenario.speed if stage is None else stage.speed
             history.scenario = study.scenario._replace(speed=speed)
-            history.staged = None if staged is None else staged.data
+            history.staged = staged
         if begins or is_changed:
             self._of_run = True
             self._show_theory_of_run()

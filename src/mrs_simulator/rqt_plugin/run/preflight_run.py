@@ -3,20 +3,11 @@
 import os
 from typing import NamedTuple
 
-import rospy
-
 from mrs_simulator.core.fields import shown
-from mrs_simulator.ros.node.node_parameters import NODES, REAL
-from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
 from mrs_simulator.scenario.reading import Section, read_json, reason
 from mrs_simulator.state.columns import REAL as IS_REAL
 
 LIMIT = 120.0  # [s] of wall time for the whole check
-CONTROLLER = "/pioneer_control"
-# Parameters that the check shares with the controller.
-SHARED = tuple(
-    p.name for p in NODES["preflight"] if p in NODES["pioneer_control"] and p is not REAL
-)
 
 
 class Finding(NamedTuple):
@@ -93,11 +84,11 @@ class PreflightRun:
         path = os.path.join(self._processes.directory, "preflight.json")
         if os.path.exists(path):
             os.remove(path)
-        if alone and rospy.get_param("/use_sim_time", False):
+        if alone and self._connection.has_simulated_time():
             findings.append(
                 Finding("", "clock", "/use_sim_time is true, and no stage runs", "false")
             )
-        arguments = run + ["--json", path] + _shared_arguments(topics)
+        arguments = run + ["--json", path] + self._connection.controller_arguments(topics)
         _, output = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
         if not os.path.exists(path):
             return False, output or "no answer within {:g} s".format(LIMIT)
@@ -137,18 +128,3 @@ def real_arguments(connection):
     snapshot = connection.snapshot()
     # An empty list is passed as well: the parameter outlives the last controller.
     return ["_real:={}".format(sorted(snapshot.numbers_with(IS_REAL)) if snapshot else [])]
-
-
-def _shared_arguments(topics):
-    """Return the arguments that give ``preflight`` the controller's topics and parameters."""
-    given = rospy.get_param(CONTROLLER, {})
-    arguments = [
-        "_{}:={}".format(name, given[name]) for name in SHARED if given.get(name, "") != ""
-    ]
-    if given.get("min_distance"):  # 0: the controller has none, the check its own
-        arguments.append("_min_distance:={}".format(given["min_distance"]))
-    if not given.get("odom_topic"):
-        for number, topic in sorted(topics.items()):
-            usual = USUAL_TOPIC.format(number)
-            arguments += ["{}:={}".format(usual, topic)] if topic != usual else []
-    return arguments

@@ -1,0 +1,160 @@
+"""What the GUI needs of a simulation and its controller, wherever they run; without Qt and ROS."""
+
+import abc
+
+
+class Connection(abc.ABC):
+    """The GUI's back end.  No method blocks: timers of the GUI call them all.
+
+    What is received is kept until the GUI takes it; what is requested is done in the background, and its
+    answer is a result that ``take_results`` returns.  The attribute ``controller`` is an
+    ``Interruptions`` with the times at which controllers were interrupted.
+    """
+
+    # What is there -------------------------------------------------------------------------------
+
+    @property
+    @abc.abstractmethod
+    def master_online(self):
+        """Return whether simulations and controllers can be started and reached."""
+
+    @property
+    @abc.abstractmethod
+    def registered(self):
+        """Return the names, as in ``newest``, of what somebody publishes now, a frozenset."""
+
+    @abc.abstractmethod
+    def newest(self, name):
+        """Return the newest that was received as ``name``, None before the first.
+
+        stage: a ``Stage``; control: a ``Controller``; scenario: the stage's scenario, in YAML; emergency:
+        whether the emergency stop is pressed.
+        """
+
+    @abc.abstractmethod
+    def forget(self, name):
+        """Drop what was received as ``name``: those of ``newest``, or state."""
+
+    @abc.abstractmethod
+    def silence(self, name):
+        """Return the wall time [s] since ``name`` was received, None if it never was."""
+
+    @abc.abstractmethod
+    def is_fresh(self, name):
+        """Return whether ``name`` was received a short wall time ago."""
+
+    @abc.abstractmethod
+    def snapshot(self):
+        """Return the newest ``StateTable``, None before the first."""
+
+    @abc.abstractmethod
+    def sensor_readings(self):
+        """Return ``{(number, name): ReceivedReading}`` of the sensors selected by ``watch_sensors``."""
+
+    @abc.abstractmethod
+    def diagnostics(self):
+        """Return the ``Part``s of programs that report on themselves, while ``watch_diagnostics`` is on."""
+
+    @abc.abstractmethod
+    def odometry_topics(self):
+        """Return ``{number: topic}`` of robots that publish odometry themselves."""
+
+    @abc.abstractmethod
+    def first_stamp(self):
+        """Return the stamp [s] of the first odometry of such robots."""
+
+    # What was received since the last call -------------------------------------------------------
+
+    @abc.abstractmethod
+    def take_samples(self):
+        """Return the ``StateTable``s for the curves, None where a run begins."""
+
+    @abc.abstractmethod
+    def take_collisions(self):
+        """Return the ``recording.Collision``s."""
+
+    @abc.abstractmethod
+    def take_incidents(self):
+        """Return the ``incidents.Incident``s."""
+
+    @abc.abstractmethod
+    def take_applied(self):
+        """Return what controllers applied, a list of ``(stamp [s], {key: value})``."""
+
+    @abc.abstractmethod
+    def take_estimates(self):
+        """Return estimated poses, a list of ``(stamp [s], numbers, pose (n, 3))``."""
+
+    @abc.abstractmethod
+    def take_results(self):
+        """Return the answers to requests, a list of ``(name, success, answer)``."""
+
+    # Requests ------------------------------------------------------------------------------------
+
+    @abc.abstractmethod
+    def ask(self, name, *arguments):
+        """Request ``name``: pause (on), step (steps), reset, set_speed (factor), start or stop."""
+
+    @abc.abstractmethod
+    def set_team(self, poses, kinds, altitude=None):
+        """Request a new team; ``poses`` (n, 3), ``altitude`` (n,) [m] or None: on the ground."""
+
+    @abc.abstractmethod
+    def set_topology(self, edges, directed):
+        """Request another topology of the controller; ``edges``: ``(i, j, weight)``."""
+
+    @abc.abstractmethod
+    def set_parameters(self, values):
+        """Request other parameters of the protocol, ``values`` by name."""
+
+    @abc.abstractmethod
+    def set_emergency(self, on):
+        """Press or release the emergency stop of all controllers."""
+
+    @abc.abstractmethod
+    def begin_run(self):
+        """Count samples from now on as another run."""
+
+    @abc.abstractmethod
+    def begin_simulated_time(self):
+        """Prepare time for a simulation; the result ``simulated_time`` has how it was before."""
+
+    @abc.abstractmethod
+    def restore_simulated_time(self, before):
+        """Have time as it was ``before`` a simulation."""
+
+    @abc.abstractmethod
+    def do(self, name, function):
+        """Run ``function``, which returns ``(success, answer)``; that is the result ``name``."""
+
+    @abc.abstractmethod
+    def watch_sensors(self, wanted):
+        """Select the sensors ``wanted`` and no others, ``{(number, name): (Mount, Kind)}``."""
+
+    @abc.abstractmethod
+    def watch_diagnostics(self, wanted):
+        """Receive diagnostics from now on, or no longer."""
+
+    @abc.abstractmethod
+    def set_starts(self, poses, in_space=False):
+        """Set the poses (n, 3) at zero odometry of robots that publish it themselves; None: the origin.
+
+        ``in_space``: whether they leave the ground.
+        """
+
+    @abc.abstractmethod
+    def close(self):
+        """Finish pending requests, and disconnect, within a short wall time."""
+
+    # The check of real robots --------------------------------------------------------------------
+
+    @abc.abstractmethod
+    def has_simulated_time(self):
+        """Return whether programs take their time from a simulation; not in the GUI's thread."""
+
+    @abc.abstractmethod
+    def controller_arguments(self, topics):
+        """Return the arguments that the check shares with the controller; not in the GUI's thread.
+
+        ``topics``: as ``odometry_topics`` returns them.
+        """

@@ -89,7 +89,7 @@ def ends_at(quantity, value, tolerance, name, free=False):
     return Claim(name, value, tolerance, lambda run: float(quantity(run.hand[-1:])[0]), free=free)
 
 
-def rate(value, of, tolerance=0.02, name="decay rate [1/s]", free=True, floor=0.0):
+def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True, floor=0.0):
     """Claim that the quantity ``of`` decays like ``exp(-value t)``, value [1/s].
 
     ``tolerance`` is a share of ``value``.  Measured by a straight line through the logarithm of the

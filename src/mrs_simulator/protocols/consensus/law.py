@@ -54,7 +54,7 @@ def keeps_weighted_mean(topology):
 def decays_at(value, topology, of=disagreement):
     """Return the claim of a decay rate ``value`` [1/s], in a list; an empty one without simple modes."""
     known = topology.n > 1 and has_simple_modes(topology)
-    return [rate(value, of, name=DECAY)] if known else []
+    return [rate(value, of, 0.02, DECAY)] if known else []
 
 
 def never_grows(quantity, name, period):

@@ -137,7 +137,7 @@ class Containment(PioneerControl):
             rate(
                 decay,
                 distance_to(limit),
-                0.05,
+                0.02,
                 "decay rate of the followers' error [1/s]",
                 floor=resting(self, followers),
             ),
@@ -254,7 +254,7 @@ class Rendezvous(PioneerControl):
             decreases(by_sample(tension), "growth of the edge tension [-]"),
             invariant(centroid, 1e-3, "drift of the mean [m]"),
             converges_to(start.mean(axis=0), 0.02, "distance from the mean [m]", free=True),
-            rate(decay, disagreement, name="decay rate near agreement [1/s]"),
+            rate(decay, disagreement, 0.02, "decay rate near agreement [1/s]"),
         ]
         return conditions + claims
 

@@ -87,7 +87,9 @@ def most_points(n):
 def points_of(run, prediction):
     """Return the points to draw, (m, n, 2) [m]: centres, or hand points to hold against theory."""
     points = run.pose[:, :, :2] if prediction is None else run.hand[:, :, :2]
-    return np.clip(points, -FARTHEST_DRAWN, FARTHEST_DRAWN)
+    # A long run is not copied.
+    near = points.min() >= -FARTHEST_DRAWN and points.max() <= FARTHEST_DRAWN
+    return points if near else np.clip(points, -FARTHEST_DRAWN, FARTHEST_DRAWN)
 
 
 def predicted_of(run, prediction):

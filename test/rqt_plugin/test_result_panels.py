@@ -11,8 +11,8 @@ from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 
-from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
+from mrs_simulator.rqt_plugin.run.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
 from mrs_simulator.scenario.requirements import RESULT_KEYS

@@ -188,7 +188,8 @@ def test_a_run_that_is_reported_again_has_the_same_verdict(tmp_path):
 def test_a_run_writes_everything(tmp_path):
     verdict = run_experiment(shipped("paper_four", duration=2.0), str(tmp_path))
     drawn = ["trajectories", "x_states", "y_states", "inputs", "certificates"]
-    expected = ["provenance.json", "run.csv", "run.json", "scenario.yaml", "verdict.json"]
+    expected = ["provenance.json", "ro-crate-metadata.json"]
+    expected += ["run.csv", "run.json", "scenario.yaml", "verdict.json"]
     expected += [name + ending for name in drawn for ending in (".png", ".pdf")]
     assert sorted(os.listdir(str(tmp_path))) == sorted(expected)
     assert json.load(open(str(tmp_path / "verdict.json"))) == verdict

@@ -87,3 +87,19 @@ def test_what_no_run_made_is_refused(run, tmp_path, capsys):
     (run / "provenance.json").write_text(json.dumps({"command": ""}))
     code, said = reproduced(run, capsys)
     assert code == 2 and "no versions" in said
+
+
+def test_a_run_is_a_crate_that_describes_its_files(run):
+    crate = json.loads((run / "ro-crate-metadata.json").read_text())
+    assert crate["@context"] == "https://w3id.org/ro/crate/1.1/context"
+    graph = {each["@id"]: each for each in crate["@graph"]}
+    about, dataset = graph["ro-crate-metadata.json"], graph["./"]
+    assert about["conformsTo"]["@id"] == "https://w3id.org/ro/crate/1.1"
+    assert about["about"] == {"@id": "./"} and dataset["@type"] == "Dataset"
+    assert dataset["name"] and dataset["datePublished"][:2] == "20"
+    named = {each["@id"] for each in dataset["hasPart"]}
+    there = {path.name for path in run.iterdir()}
+    assert named == there - {"ro-crate-metadata.json"}
+    assert all(graph[name]["contentSize"] == str((run / name).stat().st_size) for name in named)
+    action = graph[dataset["mentions"]["@id"]]
+    assert action["instrument"]["@id"] in graph and action["object"] == {"@id": "scenario.yaml"}

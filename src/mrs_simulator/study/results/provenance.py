@@ -12,6 +12,7 @@ from mrs_simulator.scenario.reading import read_json
 from mrs_simulator.scenario.surroundings.maps import files_of_map
 from mrs_simulator.study.draw.style import Look
 from mrs_simulator.study.results.report import PROVENANCE_FILE, RUN_FILE, is_result
+from mrs_simulator.study.results.ro_crate import MEANINGS, write_crate
 from mrs_simulator.study.run.run_keys import law_files
 from mrs_simulator.vehicles.registry import files_of_kinds
 from mrs_simulator.verdict.verdict import versions
@@ -47,9 +48,11 @@ def provenance(scenario, out, look):
 
 
 def write_provenance(scenario, out, look=None):
-    """Write ``provenance.json`` to the directory ``out``, whose other files are complete."""
-    text = json.dumps(provenance(scenario, out, look or Look()), indent=2)
-    write_text(os.path.join(out, PROVENANCE_FILE), text + "\n")
+    """Write ``provenance.json`` to the directory ``out``, whose other files are complete, and its crate."""
+    made = provenance(scenario, out, look or Look())
+    write_text(os.path.join(out, PROVENANCE_FILE), json.dumps(made, indent=2) + "\n")
+    names = sorted({*MEANINGS, *made["outputs"]} & set(os.listdir(out)))
+    write_crate(scenario.title, names, out)
 
 
 def read_provenance(out):

@@ -25,6 +25,7 @@ from mrs_simulator.study.draw.style import add_look, look_of
 from mrs_simulator.study.draw.video import add_video, check_video, write_video
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.export import add_exports, check_exports, write_exports
+from mrs_simulator.study.results.ro_crate import CRATE_FILE
 from mrs_simulator.study.run.sensor_files import FILE
 from mrs_simulator.verdict.certificates import certificate_curves
 from mrs_simulator.verdict.judging import judged
@@ -37,6 +38,7 @@ from mrs_simulator.verdict.verdict import (
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
 PROVENANCE_FILE = "provenance.json"
+OF_RUNS = (VERDICT_FILE, PROVENANCE_FILE, CRATE_FILE)  # what would speak of the run before
 CERTIFICATES, VIEW = "certificates", "view"
 RUN_ENDINGS = (".csv", ".bag")
 VIDEOS = ("run.mp4", "run.gif")
@@ -58,7 +60,7 @@ def begin_run(scenario, out, robots=None, tell=None, layout=None, kept=0, memory
     options = {"layout": layout, "kept": kept, "memory": memory}
     recorder = Recorder(path, robots, scenario.hand_length, tell, **options)
     for name in os.listdir(out):
-        if name in (VERDICT_FILE, PROVENANCE_FILE) or is_result(name) or name in VIDEOS:
+        if name in OF_RUNS or is_result(name) or name in VIDEOS:
             os.remove(os.path.join(out, name))
     write_scenario(scenario, out)
     return recorder

@@ -162,8 +162,7 @@ def test_what_is_printed_can_be_stated_as_claims(tmp_path, capsys):
     assert report["receives"] == report["declared"] == [[1, 2], [2, 1], [2, 3], [3, 2]]
     assert report["theory"]["rate"] == pytest.approx(0.4) and "0.4 1/s" in said
     lines = said.split("as claims of the law")[1].splitlines()[1:]
-    body = [line for line in lines if not line.startswith("    from")]
-    path.write_text("\n".join([lines[0].strip(), LAW, *body, ""]))
+    path.write_text("\n".join([*lines[:2], LAW, *lines[2:], ""]))
     content = {
         "poses": [[0, 0, 0], [6, 0, 0], [1, 5, 0]],
         "topology": {"preset": "path"},

@@ -191,3 +191,20 @@ def test_a_law_that_raises_breaks_the_run_and_no_scenario_is_told_apart(path):
     assert np.isinf(refused.value) and "control" in refused.error
     kept = try_variation(content, path, {})
     assert not kept.is_broken and kept.value == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (("parameters.gain: [", "parameters.gian: ["), "did you mean 'gain'"),
+        (("robots: [2, 3]", "robots: {choices: [2, 3]}"), "search.robots: {"),
+    ],
+)
+def test_a_search_whose_runs_are_all_refused_is_no_search(path, tmp_path, capsys, change, said):
+    with open(path) as file:
+        text = file.read()
+    with open(path, "w") as file:
+        file.write(text.replace(*change))
+    options = "--runs", 5, "--optimiser", "random", "--formats", ""
+    assert run(break_, path, "--out", tmp_path / "out", *options) == 2
+    assert said in capsys.readouterr().err

@@ -76,6 +76,7 @@ def test_dead_robots_never_move():
     "text, along, message",
     [
         (SCENARIO, "gain", "--along 'gain': wanted KEY=END"),
+        (SCENARIO, "control.rate=nan", "--along 'control.rate=nan': wanted KEY=END, END a number"),
         (SCENARIO, "control.protocol=1", "control.protocol: wanted a number"),
         (SCENARIO, "control.parameters.slope=1", "wanted a number in the scenario"),
         (SCENARIO.replace("10 m", "1 m"), "control.rate=1", "near has no margin"),
@@ -146,3 +147,26 @@ def test_speed_may_be_zero_and_not_negative():
     content = {"poses": [[0, 0, 0]], "mismatch": {"speed": -0.1}}
     with pytest.raises(ValueError, match="mismatch.speed"):
         scenario_from_dict(content)
+
+
+def test_an_axis_that_is_refused_is_said_to_be(tmp_path, capsys):
+    arguments = "--out", tmp_path / "out", "--along", "mismatch.delay=-3", "--formats", ""
+    assert run(scenario_file(tmp_path), *arguments) == 0
+    said = capsys.readouterr().out
+    assert "mismatch.delay [s] 0 to -3  refused" in said and "wanted a number from 0 to 2" in said
+
+
+def test_a_law_that_gives_nan_is_told_and_margins_are_not(tmp_path, capsys):
+    (tmp_path / "law.py").write_text(
+        "from mrs_simulator import PioneerControl\n\n\nclass Nan(PioneerControl):\n"
+        "    def pointMassLaw(self, hand):\n        return hand * float('nan')\n"
+    )
+    path = scenario_file(tmp_path, SCENARIO.replace("consensus", "law.py").replace("gain: 3.0", ""))
+    assert run(path, "--out", tmp_path / "out") == 2
+    said = capsys.readouterr().err
+    assert "law has no margin" in said and "Traceback" not in said
+    study = simulate(str(path))
+    assert study.verdict["outcome"] == "failed" and "nan" in study.verdict["ended"]
+    assert {each["note"] for each in study.verdict["requirements"]} == {
+        "the run ended at its first command"
+    }

@@ -5,7 +5,7 @@
     search:
       poses: {within: [-5, -5, 5, 5], apart: 0.9}       # [m]; headings anywhere unless given
       mismatch.delay: [0, 0.4]                          # any key's path: from, to
-      topology: {choices: [path, cycle]}
+      topology: {choices: [{preset: path}, {preset: cycle}]}
       robots: [2, 7]                                    # whole numbers, as of seed
 """
 
@@ -80,6 +80,8 @@ def search_from(given, where):
         if key != POSES
     ]
     found = Search(tuple(ranges), poses)
+    if found.robots is not None and found.robots.choices:
+        raise ScenarioError("{}.robots: {}, wanted [from, to]".format(where, shown(given[ROBOTS])))
     if found.robots is not None and poses is None:
         text = "{}.robots: wanted poses beside it: where other numbers of robots may begin"
         raise ScenarioError(text.format(where))

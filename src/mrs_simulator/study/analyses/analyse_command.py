@@ -63,11 +63,11 @@ def scenario_of(arguments):
     law = arguments.law
     if law.endswith((".yaml", ".yml")):
         scenario = load_scenario(scenario_path(law))
-        changes = {"robots": arguments.robots} if arguments.robots else {}
+        changes = {} if arguments.robots is None else {"robots": arguments.robots}
         if arguments.topology:
             changes["topology"] = {"preset": arguments.topology}
         return scenario.overridden(**changes)
-    n = arguments.robots or ROBOTS
+    n = ROBOTS if arguments.robots is None else arguments.robots
     layout = {"layout": "random", "size": max(SIZE, 2.0 * n), "min_distance": APART}
     content = {
         "robots": n,
@@ -76,7 +76,7 @@ def scenario_of(arguments):
         "topology": {"preset": arguments.topology or TOPOLOGY},
         "control": {"protocol": located_protocol(law, os.getcwd())},
     }
-    return scenario_from_dict(content, "analyse")
+    return scenario_from_dict(content, "its team")
 
 
 def analysed(scenario, seed=0):
@@ -248,6 +248,9 @@ def _theory_rows(scenario, facts, report):
     rows = [("eigenvalues of M", _values(theory["eigenvalues"]) + " 1/s")]
     if not linear.is_stable:
         return [*rows, ("stable", "no: some of it grows")]
+    if not _is_stable_held(theory):
+        text = "no: commands held at {:g} Hz overshoot".format(scenario.control.rate)
+        rows.append(("stable", text))
     drift = np.array(theory["drift"])
     if np.abs(drift).max() > SHOWN:
         rows.append(("moves for ever", "at up to {:.4g} m/s".format(np.abs(drift).max())))
@@ -270,6 +273,10 @@ def _theory_rows(scenario, facts, report):
     return rows
 
 
+def _is_stable_held(theory):
+    return theory["held_rate"] is None or theory["held_rate"] > 0.0
+
+
 def _values(values):
     """Return eigenvalues in words, equal ones once with their count."""
     texts = ["{:.4g}".format(a) if not b else "{:.4g}{:+.4g}i".format(a, b) for a, b in values]
@@ -285,7 +292,9 @@ def _ends(linear, n):
     if weights is None or np.ptp(weights, axis=0).max() > SHOWN:
         return "where the start's share in {} modes that stay puts it".format(linear.zeros)
     shares = ["{:.4g} x{}".format(w, i + 1) for i, w in enumerate(weights[0]) if abs(w) > SHOWN]
-    return "each robot at {}, and its own offset".format(" + ".join(shares))
+    text = "each robot at {}".format(" + ".join(shares))
+    moved = np.abs(linear.offset).max() > SHOWN * max(1.0, np.abs(linear.projection).max())
+    return text + ", and its own offset" if moved else text
 
 
 def _claims(facts, report):
@@ -293,12 +302,15 @@ def _claims(facts, report):
     linear, n = facts.linear, report["robots"]
     if facts.equilibrium is not None or not linear.is_stable or linear.rate is None:
         return []
+    if not _is_stable_held(report["theory"]):
+        return []
     if np.abs(linear.drift).max() > SHOWN or n > MOST_LISTED:
         return []
     decays = ", rate({:.9g}, off)".format(linear.rate) if not linear.is_defective else ""
     return [
         "as claims of the law, to be compared with the paper's:",
-        "    from mrs_simulator.core.claims import converges_to, rate",
+        "import numpy as np",
+        "from mrs_simulator.core.claims import converges_to, rate",
         "",
         "    def claims(self, start):",
         "        limit = {}".format(_limit(linear, n)),

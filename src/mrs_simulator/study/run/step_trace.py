@@ -6,7 +6,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.record.recording import Run
 from mrs_simulator.state.columns import HAND
 from mrs_simulator.state.state_table import stacked
-from mrs_simulator.verdict.requirements.results import evaluated
+from mrs_simulator.verdict.requirements.results import evaluated, left_open
 
 
 class StepTrace:
@@ -23,8 +23,11 @@ class StepTrace:
 
     def results(self):
         """Return what became of the requirements, as ``results.evaluated`` does."""
-        experiment, state = self._experiment, stacked(self._states)
+        experiment = self._experiment
         scenario, control = experiment.scenario, experiment.control
+        if not self._states:
+            return left_open(scenario, "the run ended at its first command")
+        state = stacked(self._states)
         if not state.has(HAND):
             state = state.replace(hand=hand_points(state.pose, control.l))
         state = state.replace(robots=np.arange(1, scenario.n + 1))

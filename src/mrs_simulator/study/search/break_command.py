@@ -42,13 +42,19 @@ def exit_with(name, work, arguments):
 def _arguments(argv):
     parser = argparse.ArgumentParser(prog=program("break"), description=__doc__.split(": ")[1])
     add_search(parser)
-    parser.add_argument("--runs", type=int, default=500, metavar="N", help="to make at most (500)")
+    parser.add_argument("--runs", type=_count, default=500, metavar="N", help="at most (500)")
     parser.add_argument(
         "--optimiser", choices=("cma", "random"), help="cma where the package cma is installed"
     )
     parser.add_argument("--no-shrink", action="store_true", help="keep the run as it was found")
     add_look(parser)
     return parser.parse_args(argv)
+
+
+def _count(text):
+    if not text.isdigit() or int(text) < 2:
+        raise argparse.ArgumentTypeError("{}: wanted a whole number of at least 2".format(text))
+    return int(text)
 
 
 def add_runs(parser):
@@ -115,8 +121,13 @@ def break_scenario(arguments):
         "found": found is not None,
     }
     if found is None:
+        _refuse_all_refused(search.errors, searched - 1)  # one was the scenario itself
         _write(report, arguments.out)
         print("not found: none of {} runs breaks a requirement. That is no proof.".format(searched))
+        if search.errors:
+            often = max(search.errors, key=search.errors.get)
+            refused = sum(search.errors.values())
+            print("  {} of them were refused, as: {}".format(refused, often))
         return HELD
     if not arguments.no_shrink:
         _tell("found after {} runs; it is shrunk".format(found.runs))
@@ -132,6 +143,13 @@ def break_scenario(arguments):
     run_experiment(scenario, os.path.join(arguments.out, RUN), formats=formats, look=look)
     print("\n".join(story_of(found, report, arguments.out)))
     return BROKEN
+
+
+def _refuse_all_refused(errors, tried):
+    """Raise ``SweepError`` where each of the runs that were ``tried`` was refused; ``errors``: by text."""
+    if errors and sum(errors.values()) >= tried:
+        text = "each of {} varied runs was refused, as: {}"
+        raise SweepError(text.format(tried, max(errors, key=errors.get)))
 
 
 def _write(report, out):

@@ -91,7 +91,7 @@ class Search:
         for point, variation, trial in zip(points, variations, trials):
             if trial.objective < best:
                 best, place = trial.objective, point
-                self._tell("{} runs, least margin {:.4g}".format(self.runs, best))
+                self._tell("{} runs, margin {:.4g}".format(self.runs, trial.value))
             if trial.is_broken:
                 return Found(variation, trial, self.runs), best, place
         return None, best, place
@@ -107,17 +107,17 @@ class Search:
             points = strategy.ask()
             near = [self.space.too_near(self.space.variation(each)) for each in points]
             free = [point for point, off in zip(points, near) if off == 0.0]
-            before = best
+            before, margin = best, math.inf
             variations = [self.space.variation(each) for each in free]
             trials = self.tried(variations) if free else []
             for point, variation, trial in zip(free, variations, trials):
                 if trial.objective < best:
-                    best, place = trial.objective, point
+                    best, place, margin = trial.objective, point, trial.value
                 if trial.is_broken:
                     self._tell("{} runs, broken".format(self.runs))
                     return Found(variation, trial, self.runs), best, place
             if best < before:
-                self._tell("{} runs, least margin {:.4g}".format(self.runs, best))
+                self._tell("{} runs, margin {:.4g}".format(self.runs, margin))
             values = iter(trials)
             worst = max(
                 [each.objective for each in trials if math.isfinite(each.value)], default=1.0

@@ -5,12 +5,13 @@ import math
 from typing import NamedTuple
 
 from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.study.search.trials import LAW
 
 POINTS = 8  # of an axis that are tried before what breaks is bisected
 MOST_BISECTIONS = 8  # each halves what is left between two points
 GEOMETRIC = 4.0  # [-] ratio of an axis' ends from which on its points are spaced by ratios
 MOST_CORNERS = 64
-SPEED = "mismatch.speed"
+SPEED, TRACK = "mismatch.speed", "mismatch.track"
 
 
 class Axis(NamedTuple):
@@ -50,8 +51,8 @@ USUAL = (
     Axis("control.rate", 50.0, 1.0, "Hz"),
     Axis(SPEED, 1.0, 2.0),
     Axis(SPEED, 1.0, 0.25),
-    Axis("mismatch.track", 1.0, 2.0),
-    Axis("mismatch.track", 1.0, 0.5),
+    Axis(TRACK, 1.0, 2.0),
+    Axis(TRACK, 1.0, 0.5),
 )
 
 
@@ -62,7 +63,9 @@ def axes_of(content, wanted=None):
     no number; of the usual ones such a key is left out.
     """
     if wanted is None:
-        own = [(axis, _nominal(content, axis.key, axis.nominal)) for axis in USUAL]
+        points = content.get("fidelity") == "point_mass"  # which have no wheels
+        usual = [axis for axis in USUAL if not (points and axis.key == TRACK)]
+        own = [(axis, _nominal(content, axis.key, axis.nominal)) for axis in usual]
         axes = [axis._replace(nominal=value) for axis, value in own if value is not None]
     else:
         axes = [_axis(content, key, end) for key, end in wanted]
@@ -94,14 +97,15 @@ class Margins:
 
     def __init__(self, search, axes, robots):
         """``robots``: their number."""
-        self._search, self._axes, self._robots = search, axes, robots
+        self._search, self._axes, self._robots, self._failed = search, axes, robots, ""
 
     def found(self):
         """Return a plain mapping: ``nominal``, ``axes``, ``dead`` and ``together``.
 
         ``nominal``: what each requirement has to spare, by name; ``axes``: for each its ``key``,
         ``unit``, ``nominal``, ``end``, by name in ``breaks`` the pair of the last value that holds and
-        the first that breaks, or None, and why values were ``refused``; ``dead``: by robot the names
+        the first that breaks, or None, how many values were ``tried``, and why others were ``refused``;
+        ``failed``: how the law ended a run, "" if it did not; ``dead``: by robot the names
         that break without it; ``together``: see :meth:`_together`.  Raises ``ScenarioError`` where the
         scenario itself breaks.
         """
@@ -116,6 +120,7 @@ class Margins:
         axes = [self._row(axis, *pair) for axis, pair in zip(self._axes, self._scanned(names))]
         return {
             "nominal": trial.spares,
+            "failed": self._failed,
             "axes": axes,
             "dead": self._dead(),
             "together": self._together(axes),
@@ -123,12 +128,12 @@ class Margins:
 
     # Along one axis ------------------------------------------------------------------------------
 
-    def _row(self, axis, breaks, refused):
+    def _row(self, axis, breaks, tried, refused):
         plain = {"key": axis.key, "unit": axis.unit, "nominal": axis.nominal, "end": axis.end}
-        return {**plain, "breaks": breaks, "refused": refused}
+        return {**plain, "breaks": breaks, "tried": tried, "refused": refused}
 
     def _scanned(self, names):
-        """Return by axis what breaks where, and why values were refused, "" if none was."""
+        """Return by axis what breaks where, how many values were tried, and why others were refused."""
         shares = [(k + 1.0) / POINTS for k in range(POINTS)]
         points = [(axis, share) for axis in self._axes for share in shares]
         trials = self._search.tried([{axis.key: axis.at(share)} for axis, share in points])
@@ -137,9 +142,11 @@ class Margins:
             mine = list(zip(shares, trials[row * POINTS : (row + 1) * POINTS]))
             refused = next((trial.error for _, trial in mine if trial.error), "")
             known = [(share, trial.spares) for share, trial in mine if not trial.error]
-            found.append(({name: _first(known, name) for name in names}, refused))
-        self._bisect([breaks for breaks, _ in found])
-        for axis, (breaks, _) in zip(self._axes, found):
+            ended = (t.worst["note"] for _, t in mine if t.worst and t.worst["name"] == LAW)
+            self._failed = self._failed or next(ended, "")
+            found.append(({name: _first(known, name) for name in names}, len(known), refused))
+        self._bisect([breaks for breaks, _, _ in found])
+        for axis, (breaks, _, _) in zip(self._axes, found):
             for name, pair in breaks.items():
                 breaks[name] = [axis.at(share) for share in pair] if pair else None
         return found

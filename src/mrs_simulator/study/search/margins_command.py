@@ -1,7 +1,9 @@
 """The program ``margins``: measure how far robots may differ before a scenario's requirements break."""
 
 import argparse
+import contextlib
 import json
+import math
 import os
 
 from mrs_simulator.core.program import program
@@ -55,10 +57,10 @@ def margins(arguments):
 
 def _along(text):
     key, _, end = text.partition("=")
-    try:
-        return key.strip(), float(end)
-    except ValueError:
-        raise ScenarioError("--along {!r}: wanted KEY=END, END a number".format(text)) from None
+    with contextlib.suppress(ValueError):
+        if math.isfinite(float(end)):
+            return key.strip(), float(end)
+    raise ScenarioError("--along {!r}: wanted KEY=END, END a number".format(text))
 
 
 def _draw(report, out, look, formats):
@@ -87,12 +89,16 @@ def lines_of(report):
     ]
     if report["together"]:
         lines.append(_together(report["together"]))
+    if report["failed"]:
+        lines.append("the law ended some of the runs, for one: {}".format(report["failed"]))
     return [*lines, "{} runs".format(report["runs"])]
 
 
 def _cells(axis, names):
     unit = " [{}]".format(axis["unit"]) if axis["unit"] else ""
     label = "{}{} {:.4g} to {:.4g}".format(axis["key"], unit, axis["nominal"], axis["end"])
+    if not axis["tried"]:
+        return [label, *("refused" for _ in names)]
     cells = [
         "breaks at {:.4g}".format(axis["breaks"][name][1]) if axis["breaks"][name] else HOLDS
         for name in names

@@ -44,9 +44,20 @@ def evaluated(control, run):
     ]
 
 
-def _result(requirement, control, run, period):
+def left_open(scenario, note):
+    """Return the results of the requirements of a ``scenario`` whose run has no sample; ``note``: why."""
+    return [_begun(each, 0.0, note) for each in scenario.requirements]
+
+
+def _begun(requirement, period, note=""):
+    """Return the result of a ``requirement`` of which nothing is known yet."""
     result = dict.fromkeys(RESULT_KEYS)
-    result.update(name=requirement.name, formula=requirement.text, period=period, note="")
+    result.update(name=requirement.name, formula=requirement.text, period=period, note=note)
+    return result
+
+
+def _result(requirement, control, run, period):
+    result = _begun(requirement, period)
     formula = requirement.formula
     names = {name for each in predicates(formula) for name in each.signals}
     try:

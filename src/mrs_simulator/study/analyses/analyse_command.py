@@ -8,12 +8,13 @@ import sys
 import numpy as np
 
 from mrs_simulator.core.program import program
+from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.analyses.law_probe import SCALES, Probe, facts_of
-from mrs_simulator.study.analyses.linear_law import held_rate, weights_of
+from mrs_simulator.study.analyses.linear_law import weights_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.law_process import LawProcess
 
@@ -160,7 +161,7 @@ def _theory(facts, scenario, probe):
         "stable": known,
         "defective": linear.is_defective,
         "rate": linear.rate,
-        "held_rate": held_rate(facts.matrix, period) if linear.rate else None,
+        "held_rate": sampled_rate(facts.matrix, period) if linear.rate else None,
         "limit": linear.limit(probe.start).tolist() if known else None,
         "drift": linear.drift.reshape(-1, 2).tolist() if known else None,
         "longest_period": linear.longest_period if np.isfinite(linear.longest_period) else None,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
-from mrs_simulator.core.spectra import sampled_rate, stable_step
+from mrs_simulator.core.spectra import stable_step
 
 ZERO = 1e-7  # [-] of the largest eigenvalue, below which one that is computed counts as zero
 DEFECTIVE = 1e6  # [-] condition of the eigenvectors from which on M has too few
@@ -72,11 +72,6 @@ def linear_law(matrix, constant):
         longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,
         **found,
     )
-
-
-def held_rate(matrix, period):
-    """Return the rate [1/s] with commands held for ``period`` [s], negative where it grows."""
-    return sampled_rate(matrix, period)
 
 
 def _projection(matrix, zeros, size):

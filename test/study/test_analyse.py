@@ -53,6 +53,14 @@ def test_what_stays_may_drift_and_what_grows_is_unstable():
     assert law_of(np.diag([1.0, -0.1])).rate is None
 
 
+@pytest.mark.parametrize("n", [4, 5, 6, 7])
+def test_pursuit_at_its_threshold_turns_for_ever_and_has_no_rate(n):
+    angle = math.pi / n  # from which on two eigenvalues are imaginary, but for rounding
+    turn = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    law = law_of(np.kron(np.eye(n) - np.roll(np.eye(n), 1, axis=1), turn))
+    assert not law.is_stable and law.rate is None and law.zeros == 2
+
+
 # Laws that are asked -------------------------------------------------------------------------------
 
 

@@ -248,7 +248,7 @@ def _theory_rows(scenario, facts, report):
     theory, linear = report["theory"], facts.linear
     rows = [("eigenvalues of M", _values(theory["eigenvalues"]) + " 1/s")]
     if not linear.is_stable:
-        return [*rows, ("stable", "no: some of it grows")]
+        return [*rows, ("stable", "no: some of it grows or goes on for ever")]
     if not _is_stable_held(theory):
         text = "no: commands held at {:g} Hz overshoot".format(scenario.control.rate)
         rows.append(("stable", text))

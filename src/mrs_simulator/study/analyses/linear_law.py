@@ -24,12 +24,12 @@ class LinearLaw(NamedTuple):
     zeros: int  # eigenvalues zero
     rate: Optional[
         float
-    ]  # [1/s] of the slowest mode that decays, None where one grows or none does
+    ]  # [1/s] of the slowest mode that decays, None where one does not, or none moves
     projection: Optional[np.ndarray]  # (m, m): what a start leaves in the limit
     offset: Optional[np.ndarray]  # (m,) [m], which is added to that
     drift: Optional[np.ndarray]  # (m,) [m/s] with which the limit moves
     is_defective: bool  # then decays have a polynomial beside exp(-rate t)
-    is_stable: bool  # nothing grows
+    is_stable: bool  # all modes but those that stay decay
     longest_period: float  # [s] of held commands, inf where nothing decays
     longest_delay: float  # [s], one on all of M x
     noise: Optional[float]  # [s], mean variance of a coordinate per unit of velocity noise [m^2/s]
@@ -54,7 +54,7 @@ def linear_law(matrix, constant):
     moving = np.abs(values) > ZERO * size
     mu, zeros = values[moving], int((~moving).sum())
     projection = _projection(matrix, zeros, size)
-    stable = projection is not None and bool((mu.real > 0.0).all())
+    stable = projection is not None and bool((mu.real > ZERO * size).all())
     found = {"offset": None, "drift": None, "noise": None}
     if stable:
         group_inverse = np.linalg.inv(matrix + size * projection) - projection / size

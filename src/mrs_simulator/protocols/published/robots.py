@@ -1,4 +1,4 @@
-"""Robots under a published law: commands, limits and motion as :mod:`published_drives` states them."""
+"""Robots under a published law: commands, limits and motion as :mod:`published.drives` states them."""
 
 import numpy as np
 

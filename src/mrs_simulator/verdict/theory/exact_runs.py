@@ -137,7 +137,7 @@ def robots_run(control, run, gripping=False):
     """Return the ``Run`` of the robots themselves under the published law, from the start of ``run``.
 
     Commands are held, speeds limited and ramped, and wheels roll without slip, as
-    :mod:`published_drives` states it; bodies pass through each other, and point masses keep their
+    :mod:`published.drives` states it; bodies pass through each other, and point masses keep their
     headings.  Its ``meta`` holds ``limited``, (m, n) bool, who is at a limit or speeds up as fast as it
     can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then, and
     ``memory``, what the law remembers before the command that each sample is under.

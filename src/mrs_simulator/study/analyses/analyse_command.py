@@ -14,7 +14,7 @@ from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.analyses.law_probe import SCALES, Probe, facts_of
-from mrs_simulator.study.analyses.linear_law import weights_of
+from mrs_simulator.study.analyses.linear_law import ZERO, weights_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.law_process import LawProcess
 
@@ -154,7 +154,7 @@ def _theory(facts, scenario, probe):
     linear, period = facts.linear, 1.0 / scenario.control.rate
     values = linear.eigenvalues
     size = max(np.abs(values).max(initial=0.0), 1e-300)
-    real, imag = (np.where(np.abs(x) <= 1e-7 * size, 0.0, x) for x in (values.real, values.imag))
+    real, imag = (np.where(np.abs(x) <= ZERO * size, 0.0, x) for x in (values.real, values.imag))
     known = linear.is_stable
     return {
         "eigenvalues": np.column_stack([real, imag]).tolist(),
@@ -164,13 +164,15 @@ def _theory(facts, scenario, probe):
         "held_rate": sampled_rate(facts.matrix, period) if linear.rate else None,
         "limit": linear.limit(probe.start).tolist() if known else None,
         "drift": linear.drift.reshape(-1, 2).tolist() if known else None,
-        "longest_period": linear.longest_period if np.isfinite(linear.longest_period) else None,
-        "longest_delay": linear.longest_delay if np.isfinite(linear.longest_delay) else None,
-        "largest_gain": linear.longest_period / period
-        if np.isfinite(linear.longest_period)
-        else None,
+        "longest_period": _finite(linear.longest_period),
+        "longest_delay": _finite(linear.longest_delay),
+        "largest_gain": _finite(linear.longest_period / period),
         "noise": linear.noise,
     }
+
+
+def _finite(value):
+    return value if np.isfinite(value) else None
 
 
 def lines_of(scenario, facts, report):
@@ -339,7 +341,7 @@ def _limit(linear, n):
 def _numbers(values):
     values = np.asarray(values, dtype=float)
     size = max(np.abs(values).max(initial=0.0), 1.0)
-    return (np.where(np.abs(values) <= 1e-7 * size, 0.0, values).round(9) + 0.0).tolist()
+    return (np.where(np.abs(values) <= ZERO * size, 0.0, values).round(9) + 0.0).tolist()
 
 
 if __name__ == "__main__":

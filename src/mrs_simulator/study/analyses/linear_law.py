@@ -22,9 +22,7 @@ class LinearLaw(NamedTuple):
 
     eigenvalues: np.ndarray  # (m,) [1/s], ascending by real part
     zeros: int  # eigenvalues zero
-    rate: Optional[
-        float
-    ]  # [1/s] of the slowest mode that decays, None where one does not, or none moves
+    rate: Optional[float]  # [1/s] of the slowest mode; None where one does not decay, or none moves
     projection: Optional[np.ndarray]  # (m, m): what a start leaves in the limit
     offset: Optional[np.ndarray]  # (m,) [m], which is added to that
     drift: Optional[np.ndarray]  # (m,) [m/s] with which the limit moves

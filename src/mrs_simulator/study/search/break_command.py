@@ -5,7 +5,6 @@ import json
 import os
 import sys
 
-from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.scenario.reading import load_yaml, parse_yaml
@@ -13,6 +12,7 @@ from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.draw.style import add_look, look_of
+from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search
@@ -20,8 +20,7 @@ from mrs_simulator.study.search.space import Space, varied_scenario
 from mrs_simulator.verdict.requirements.results import line_of
 
 SCENARIO, REPORT, RUN = "counterexample.yaml", "search.json", "run"
-BAD_INPUT = 2  # exit codes
-BROKEN, HELD = 1, 0
+BROKEN, HELD = 1, 0  # exit codes
 
 
 @printing
@@ -32,11 +31,9 @@ def main(argv=None):
 
 def exit_with(name, work, arguments):
     """Exit with what ``work(arguments)`` returns, or say what is wrong with its input."""
-    try:
-        sys.exit(work(arguments))
-    except (ValueError, OSError) as error:
-        print("{}: {}".format(name, with_page(error)), file=sys.stderr)
-        sys.exit(BAD_INPUT)
+    with refusing_bad_input(name):
+        code = work(arguments)
+    sys.exit(code)
 
 
 def _arguments(argv):

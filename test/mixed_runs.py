@@ -14,6 +14,7 @@ from mrs_simulator.study.run.experiment import run_experiment
 LIMIT = 180.0  # [s] of wall time for one run
 ROUNDING = 1e-6  # [s] within which two samples are of the same time
 IN_GUI = """
+import numpy as np
 gui.bar.set_speed(0)
 click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
@@ -27,9 +28,14 @@ until(lambda: time.monotonic() > connected)
 click("pause")
 span = float(sys.argv[2])
 def done():
-    begun = gui.history.begun
-    # Later than what is compared: the estimates of a sample may come after it.
-    return begun is not None and gui.history.time[-1] - begun >= span + 0.5
+    history = gui.history
+    if history.begun is None or history.time[-1] - history.begun < span + 0.5:
+        return False
+    # The estimates of a sample may come after it.
+    compared = history.time <= history.begun + span
+    return gui.study.scenario.estimates is None or (
+        history.estimate is not None and np.isfinite(history.estimate[compared]).all(axis=(1, 2))[-1]
+    )
 until(done, limit=120)
 trouble += [] if "data is kept in" in gui.study.files.keep(gui.history) else ["not kept"]
 gui.history.saved = gui.history.moved  # it need not be kept at the end as well

@@ -17,7 +17,7 @@ from mrs_simulator.ros.message_forms.messages import (
     TeamState,
 )
 
-QUEUE_SIZE = 20  # [-] queued messages of a fast simulation, so that none is lost
+QUEUE_SIZE = 20  # [-] queued states of a fast simulation, so that few are lost
 LOOK_PERIOD = 1.0  # [s] of wall time between queries of the master
 LEAST_PERIOD = 0.1  # [s] of it when the selected sensors change
 
@@ -89,7 +89,7 @@ class MasterWatch:
                 "pioneer_control/estimates",
                 TeamOdometry,
                 self._inbox.keep_estimates,
-                queue_size=QUEUE_SIZE,
+                queue_size=None,  # of a lost one, samples would get an older one in silence
                 tcp_nodelay=True,
             ),
         }

@@ -132,7 +132,7 @@ def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bea
     run = study("paper")
     when, error, settling = wait_until(run.edited.take_prediction)[0]
     assert len(when) == len(error) and when[-1] == run.scenario.duration
-    assert settling == "49.6 s, its settling time"  # the verdict's own prediction
+    assert settling == "49.7 s, its settling time"  # the verdict's own prediction
     assert run.edited.set_parameters({"T": 1e-4, "k": 1e-4}) == ""
     when, error, settling = wait_until(run.edited.take_prediction)[0]
     assert when[-1] == pytest.approx(2e6 / 7 * 1e-4) and len(error) == len(when)

@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import least_distance
@@ -27,7 +27,8 @@ RADIUS = Parameter(
 # A command is held for a period: a step of that length may add this share of the start.
 ENERGY = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-]
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
-STATISTICS = 0.05  # [-] by which a mean over some hundred samples may differ
+STATISTICS = 0.05  # [-] by which a mean over ``FEWEST`` commands may differ
+FEWEST = 100
 
 
 class DoubleIntegrator(PioneerControl):
@@ -377,7 +378,11 @@ class Vicsek(PioneerControl):
 
         def while_all_hear_all(run):
             wide = [flocking_equations.diameter(hand) >= self.radius for hand in run.hand]
-            return root_mean_square(run, wide.index(True) if any(wide) else None)
+            end = wide.index(True) if any(wide) else len(wide)
+            if run.time[end - 1] - run.time[0] < (FEWEST - 1.5) * self.period:
+                text = "too short for a mean while all hear all: wanted {:.3g} s"
+                raise TooShort(text.format(FEWEST * self.period))
+            return root_mean_square(run, end)
 
         claims = [
             Claim(

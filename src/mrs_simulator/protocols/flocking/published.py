@@ -145,6 +145,7 @@ class Headings(Published):
         self.first = draws.uniform(-np.pi, np.pi, n)
         self.draws, self.drawn = draws, []
         self.radius, self.speed, self.noise, self.period = radius, speed, noise, period
+        self.RANDOM = noise > 0.0
 
     def begin(self, start):
         """Return the headings of the start, (n,) [rad]."""

@@ -157,9 +157,11 @@ def predicted_settling(hand, offsets, topology, k, share):
     """Return the number of steps of (5) until the largest error is below ``share`` of its start.
 
     It stays there: (5) replaces errors by means of errors.  So small teams need few powers of its matrix
-    only, found by bisection.  Returns ``None`` if it takes more than ``MOST_STEPS``, in larger teams
-    ``MOST_ROBOT_STEPS`` over the number of robots.
+    only, found by bisection.  Returns ``None`` where ``k`` is 1 or more, or if it takes more than
+    ``MOST_STEPS``, in larger teams ``MOST_ROBOT_STEPS`` over the number of robots.
     """
+    if k >= 1.0:
+        return None
     if len(hand) <= SMALL_TEAM:
         return _settling_by_powers(hand - offsets, topology, k, share)
     errors = target_errors(hand, offsets, topology)

@@ -18,7 +18,6 @@ from mrs_simulator.protocols.published.laws import Averaging, weights_of
 
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
 MOST_ROBOTS = 500  # [-] whose matrices of weights are built
-SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
 
 
 class Tolerances(NamedTuple):
@@ -31,11 +30,11 @@ class Tolerances(NamedTuple):
     gap: float  # [m]
     spread: float  # [m]
     place: float  # [m] of each final hand point from its predicted place
-    settling: float  # [-] of the predicted settling time
+    settling: float  # [-] of the predicted settling time, beside one command
 
 
 TOLERANCES = {
-    "point_mass": Tolerances(1e-3, 1e-3, 1e-2, 0.05),
+    "point_mass": Tolerances(1e-3, 1e-3, 1e-2, 0.002),
     "kinematic": Tolerances(0.01, 0.01, 0.1, 0.05),
     "dynamic": Tolerances(0.05, 0.02, 0.05, 0.05),
 }
@@ -128,9 +127,9 @@ class Formation(PioneerControl):
     # What theory says of a run -------------------------------------------------------------------
 
     def prediction(self, start, time):
-        """Return the hand points of (5), (m, n, d), at ``time`` (m,) [s], in steps of T."""
-        steps = commands_by(time, self.T)
-        return formation.predicted_after(steps, start, self._offsets, self._closure, self.k)
+        """Return the hand points of (5), (m, n, d), at ``time`` (m,) [s], in steps of a command."""
+        steps, share = commands_by(time, self.period), self.gain * self.period
+        return formation.predicted_after(steps, start, self._offsets, self._closure, share)
 
     def energy(self, start):
         """Return the energy of what robots are off each other's places, None where some drift apart."""
@@ -185,16 +184,17 @@ class Formation(PioneerControl):
             claims.insert(
                 0, Claim("final gap, the worst [m]", self.c, tolerance.gap + gap, self._worst_gap)
             )
-        steps = formation.predicted_settling(start, self._offsets, self._closure, self.k, SETTLED)
+        share = self.gain * self.period
+        steps = formation.predicted_settling(start, self._offsets, self._closure, share, SETTLED)
         if steps is not None:
-            allowed = max(tolerance.settling * steps, SETTLE_STEPS) * self.T
+            allowed = (tolerance.settling * steps + 1.0) * self.period
             # One factor for the whole team re-times the motion.
             claims.append(
                 Claim(
                     "settling time [s]",
-                    steps * self.T,
+                    steps * self.period,
                     allowed,
-                    self._settling,
+                    self._crossing,
                     free=self.saturation == "team",
                 )
             )
@@ -256,7 +256,7 @@ class Formation(PioneerControl):
             edges = [(i, j, part) for (i, j), part in zip((arcs + 1).tolist(), share.tolist())]
             means = Topology(closure.n, edges)
         place = TOLERANCES[self.fidelity].place
-        return Linear(means, self.gain, self._offsets, self.period, self.links, place, 0.05)
+        return Linear(means, self.gain, self._offsets, self.period, self.links, place, 0.02)
 
     def _worst_gap(self, run):
         gaps = formation.line_gaps(run.hand[-1])
@@ -266,6 +266,17 @@ class Formation(PioneerControl):
         errors = formation.error_norms(run.hand, self._offsets, self._closure)
         index = formation.settling_index(errors, SETTLED)
         return None if index >= len(errors) else float(run.time[index] - run.time[0])
+
+    def _crossing(self, run):
+        """Return when the errors come below ``SETTLED``, between two samples, as they decay there."""
+        errors = formation.error_norms(run.hand, self._offsets, self._closure)
+        index = formation.settling_index(errors, SETTLED)
+        if index >= len(errors) or index == 0:
+            return None if index else 0.0
+        above, below = np.log(np.maximum(errors[index - 1 : index + 1], 1e-300))
+        share = (above - np.log(SETTLED * errors[0])) / (above - below)
+        time = run.time[index - 1 : index + 1] - run.time[0]
+        return float(time[0] + share * (time[1] - time[0]))
 
     def measures(self, run):
         """Return settling time [s], final gaps (n-1,) [m] and y spread [m] of ``run``."""

@@ -36,6 +36,7 @@ GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of the
 PRESENT = 1e-6  # [-] of the largest mode, below which a mode is not in the start
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
 EXACT = {"point_mass": 1e-6, "kinematic": 0.02, "dynamic": 0.02}  # [-] of the team's size
+HELD = {"point_mass": 1e-6, "kinematic": 0.005, "dynamic": 0.005}  # [-] of the gain, in a growth
 ROUNDING = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-] of a growth, by fidelity
 
 
@@ -302,9 +303,9 @@ class CyclicPursuit(PioneerControl):
         step = np.where(modes > PRESENT * modes.max(), self._factors(n)[1:], 0.0)
         slowest = 1 + int(np.argmax(np.abs(step)))
         growth, turn = _real_and_imaginary(np.log(step[slowest - 1]) / self.period)
-        # What a sample-and-hold adds to a circle is far below this.
-        allowed = max(0.03 * abs(growth), 0.005 * abs(self.gain))
-        swayed = max(0.02 * abs(turn), 0.005 * abs(self.gain))
+        # Points on a circle spiral out a little under held commands, robots less: they move on arcs.
+        held = HELD[self.fidelity] * abs(self.gain)
+        allowed, swayed = (max(0.02 * abs(value), held) for value in (growth, turn))
 
         def grows(run):
             amplitude = np.abs(gathering_equations.pursuit_modes(run.hand)[:, slowest])

@@ -6,10 +6,10 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Claim,
     Condition,
+    NothingDecays,
     TooShort,
     by_sample,
     extent,
-    rate,
     stays_below,
 )
 from mrs_simulator.core.fields import Parameter
@@ -27,7 +27,7 @@ CASCADE = 1.5  # [-] time constants for which an error waits for that of the rob
 SIDEWAYS = (
     0.35  # [rad] from straight aside, and from straight ahead, of transducers that are listened to
 )
-NOISE = 0.005  # [m] of distances from a wall, below which a rate is not looked for
+NOISE = 0.05  # [m] ten times that of distances from a wall: a start below it shows no rate
 GAIN = Parameter("gain", 0.5, "1/s", low=0.0, open_low=True, high=10.0, meaning="of each error")
 
 
@@ -218,10 +218,18 @@ class WallFollowing(Sensing):
         def last(run):
             return float(off(run.hand[-1:])[0])
 
-        decays = rate(decay, off, 0.05, "decay rate of the distances [1/s]", floor=NOISE)
+        @ready
+        def decays(run):
+            away = self.from_wall(run.hand) - self.distance
+            if np.linalg.norm(away[0]) <= NOISE:
+                raise NothingDecays("the distances begin below {:g} m".format(NOISE))
+            # Noise of the sonars weighs little where the distance is large.
+            left = (away[1:] * away[:-1]).sum() / (away[:-1] ** 2).sum()
+            return float(-np.log(left) * (len(away) - 1) / (run.time[-1] - run.time[0]))
+
         return conditions + [
             Claim("distance from where the wall is wanted, at the end [m]", 0.0, SPACED, last),
-            decays._replace(measure=ready(decays.measure)),
+            Claim("decay rate of the distances [1/s]", decay, 0.02 * decay, decays, free=True),
             Claim("worst gap from the wanted at the end [m]", 0.0, SPACED, spacing),
         ]  # fmt: skip
 

@@ -81,8 +81,8 @@ class Tolerances(NamedTuple):
 
 TOLERANCES = {
     "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.01, 0.02),
-    "kinematic": Tolerances(0.05, 0.05, 0.05, 0.02, 0.05),
-    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.05, 0.05),
+    "kinematic": Tolerances(0.05, 0.05, 0.05, 0.02, 0.02),
+    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.05, 0.02),
 }
 
 
@@ -254,7 +254,7 @@ class DisplacementFormation(Shaped):
             self.period,
             self.links,
             allowed.place,
-            max(allowed.rate, 0.05),
+            allowed.rate,
         )
 
 

@@ -1,12 +1,13 @@
 """Mistakes put into the claims of a law: theorems with other numbers, which no run should confirm."""
 
 import copy
+import re
 
 from mrs_simulator.core.claims import Claim
 
 SHARE = 0.03  # [-] by which rates and times are off
 TOLERANCES = 3.0  # [-] of its own, by which any other prediction is off
-TIMES = ("[1/s]", "[s]")  # units in names of claims about rates and times
+TIMES = re.compile(r"\brate\b|\[(1|rad)/s\]$|\[s\]$")  # in names of claims about rates and times
 
 
 def shift_of(claim):
@@ -17,7 +18,7 @@ def shift_of(claim):
         or isinstance(claim.predicted, bool)
     ):
         return 0.0
-    if claim.name.endswith(TIMES) and claim.predicted:
+    if TIMES.search(claim.name) and claim.predicted:
         return SHARE * abs(claim.predicted)
     return TOLERANCES * claim.tolerance
 

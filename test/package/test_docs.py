@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from mrs_simulator import simulate
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES, shipped
@@ -81,3 +82,11 @@ def test_the_readmes_protocol_is_loaded_by_its_file_too(tmp_path):
     law = load_protocol(str(tmp_path / "my_law.py") + ":Follow")
     pose = np.array([[4.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     np.testing.assert_allclose(law([1, 2]).commands(pose), [[0.1, 0.0], [0.6, 0.0]])
+
+
+def test_the_readmes_run_has_the_verdict_that_it_shows(tmp_path):
+    readme = page("README.md")
+    (tmp_path / "my_law.py").write_text(readme.partition("```python\n")[2].partition("```")[0])
+    run = simulate("paper_four.yaml", protocol=str(tmp_path / "my_law.py") + ":Follow")
+    shown = re.search(r"^```\n(4 robots.*?)^```$", readme, re.M | re.S).group(1).splitlines()
+    assert set(shown) - {"    ..."} <= set(str(run).splitlines())

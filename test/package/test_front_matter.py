@@ -8,6 +8,8 @@ import yaml
 from documentation import ROOT
 
 from mrs_simulator import __version__
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.vehicles.registry import shipped_kinds
 
 FORGE = os.path.join(ROOT, ".github")
 
@@ -37,6 +39,32 @@ def test_versions_of_the_changelog_are_newest_first():
     assert versions[0] == "Unreleased"
     numbers = [tuple(map(int, version.split("."))) for version in versions[1:]]
     assert numbers == sorted(set(numbers), reverse=True) and numbers
+
+
+NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)?(?![\w.])")
+
+
+def figures(*path):
+    return {each.rstrip(",") for each in NUMBER.findall(text(*path))}
+
+
+def test_speeds_on_the_first_pages_are_measured_ones():
+    measured = figures("docs", "benchmarks.md")
+    readme = text("README.md")
+    peers = re.findall(r"^\| [^|]+\|(?:[^|]*\|){4} ([^|]*\d[^|]*) \|$", readme, re.M)
+    assert len(peers) > 5
+    headline = re.search(r"^\*\*Speed\.\*\* .*?\n\n", readme, re.M | re.S).group(0)
+    better = text("docs", "comparison.md").partition("## Where another")[2]
+    for line in (*peers, headline, *re.findall(r"(?:beside|does|do) ([\d., and]+)", better)):
+        for number in NUMBER.findall(line):
+            assert number.rstrip(",") in measured, (number, line)
+
+
+def test_what_the_first_page_counts_is_there():
+    readme = text("README.md")
+    assert len(HOMES) == 32 and "**Thirty-two laws**" in readme
+    assert len(shipped_kinds()) == 16 and "**Sixteen kinds of robots**" in readme
+    assert os.path.getsize(os.path.join(ROOT, "docs", "images", "teams.gif")) < 1.5e6
 
 
 @pytest.mark.parametrize("name", ["bug.md", "idea.md"])

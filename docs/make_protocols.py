@@ -12,6 +12,8 @@ import os
 import re
 import sys
 
+from make_references import references
+
 from mrs_simulator import simulate
 from mrs_simulator.core.writing import write_bytes, write_text
 from mrs_simulator.protocols import HOMES, shipped
@@ -20,6 +22,7 @@ from mrs_simulator.scenario.shipped import shipped_scenarios
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
 OTHER_NAMES = {"formation": "paper"}  # protocols whose scenario is not called like them
+BESIDE = {"trajectory": "Mellinger2011", "line_of_sight": "Borhaug2008"}  # not in the docstring
 WIDTH, RESOLUTION, COLOURS = 5.0, 110, 64  # [in], [px/in], [-] of the picture
 VERDICT = re.compile(r"^ends with\n\n```\n(.*?)\n```$", re.M | re.S)
 OF_THE_MACHINE = "  achieved real-time factor"  # the verdict's line that is another one at each run
@@ -106,9 +109,16 @@ def page(name, verdict):
         "What each line says: [a verdict, line by line](../verdict.md). How to write a law of your own: "
         "[protocols](../protocols.md).",
         others(name),
+        cited("\n".join(paragraphs(law)), BESIDE.get(name)),
         "Law: `{}`.".format(law.__module__.replace(".", "/") + ".py"),
     ]
     return "\n\n".join(filter(None, parts)) + "\n"
+
+
+def cited(text, key):
+    """Return the references that ``text`` names, and that with the ``key``, a section; "" without any."""
+    rows = ["- " + each.text for each in references() if each.key == key or each.is_cited_in(text)]
+    return "## References\n\n" + "\n".join(rows) if rows else ""
 
 
 def paragraphs(law):

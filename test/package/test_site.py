@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 
 import pytest
 import yaml
@@ -54,11 +55,12 @@ def test_links_of_every_page_lead_somewhere(name):
         assert not anchor or anchor in anchors(there), (target, anchor)
 
 
-SPEC = importlib.util.spec_from_file_location(
-    "make_protocols", os.path.join(DOCS, "make_protocols.py")
-)
-maker = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(maker)
+sys.path.insert(0, DOCS)
+try:
+    import make_protocols as maker
+    import make_references
+finally:
+    sys.path.remove(DOCS)
 
 
 @pytest.mark.parametrize("name", sorted(HOMES))
@@ -69,6 +71,34 @@ def test_each_protocol_has_a_page_made_from_its_docstring(name):
     assert maker.page(name, verdict) == text
     assert ": PASSED" in verdict or name == "reynolds"
     assert 2000 < os.path.getsize(maker.picture_path(name)) < 60000
+
+
+def test_references_are_made_from_the_bibliography():
+    """Else: python3 docs/make_references.py"""
+    assert make_references.page() == page("references.md")
+    found = make_references.references()
+    assert len({each.key for each in found}) == len(found) > 30
+    dois = re.findall(r"doi:(\S+)\]", page("references.md"))
+    assert len(dois) > 20 and all(re.match(r"10\.\d{4,}/\S+$", doi) for doi in dois)
+
+
+@pytest.mark.parametrize("name", sorted(HOMES))
+def test_what_a_docstring_cites_is_among_the_references(name):
+    law = maker.shipped(name)
+    text = "\n".join(maker.paragraphs(law))
+    cited = [each for each in make_references.references() if each.is_cited_in(text)]
+    years = re.findall(r"\b(?:19|20)\d\d\b", text)
+    assert {each.year for each in cited} == set(years), text
+
+
+def test_the_paper_cites_what_its_bibliography_has():
+    with open(os.path.join(ROOT, "paper", "paper.md"), encoding="utf-8") as file:
+        text = file.read()
+    keys = {each.key for each in make_references.references()}
+    assert set(re.findall(r"@(\w+)", text)) <= keys
+    for heading in ("Summary", "Statement of need", "State of the field", "References"):
+        assert "\n# {}\n".format(heading) in text
+    assert yaml.safe_load(text.split("---")[1])["bibliography"] == "paper.bib"
 
 
 def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):

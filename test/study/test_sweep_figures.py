@@ -71,6 +71,13 @@ def test_one_key_gives_curves_with_three_outcomes():
     assert sweep_figure([row(None, a=0), row(None, a=1)]) is None
 
 
+def test_theory_of_one_value_alone_is_a_mark_not_a_line_that_nobody_sees():
+    table = [row(k, a=k) for k in range(2)]
+    table[0][1]["checks"][0]["predicted"] = None
+    (line,) = [line for line in sweep_figure(table).axes[0].lines if line.get_label() == "Theory"]
+    assert len(line.get_xdata()) == 1 and line.get_marker() == "_"
+
+
 def test_the_growth_rate_of_an_oscillation_is_that_of_its_envelope():
     time = np.arange(0.0, 60.0, 0.1)
     for rate in (-0.3, 0.1):

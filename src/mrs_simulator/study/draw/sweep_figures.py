@@ -142,7 +142,8 @@ def _draw_curve(axes, rows, key):
             axes.plot(*zip(*chosen), **{"marker": "o", "ls": "", "ms": 4, "label": label, **style})
     predicted = [(row[0][key], row[2]) for row in rows if _finite(row[2])]
     if predicted:
-        axes.plot(*zip(*predicted), "k--", lw=1.0, label="Theory")
+        alone = "_" if len(predicted) == 1 else ""  # of one point no line is seen
+        axes.plot(*zip(*predicted), "k--", lw=1.0, marker=alone, ms=12, label="Theory")
 
 
 def _legend(panels):

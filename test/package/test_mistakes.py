@@ -1,5 +1,7 @@
 """Mistakes of users: each gets one clear line that says what and where."""
 
+import contextlib
+import io
 import os
 import re
 import signal
@@ -329,6 +331,27 @@ def test_output_that_cannot_be_written_ends_a_program_without_a_traceback(words,
         )
         os.close(output)
         assert (ended.returncode, ended.stderr.decode()) == (code, said)
+
+
+@pytest.mark.parametrize("ending", [sys.exit, int])
+def test_a_failed_write_that_nobody_tells_of_ends_a_program(monkeypatch, ending):
+    class Gone(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError(32, "Broken pipe")
+
+        def fileno(self):
+            raise io.UnsupportedOperation
+
+    @printing
+    def main():
+        with contextlib.suppress(OSError):  # as argparse prints its help
+            print("usage: ")
+        return ending()
+
+    monkeypatch.setattr(sys, "stdout", Gone())
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 141
 
 
 def test_an_error_that_is_not_the_output_s_leaves_a_program(capsys):

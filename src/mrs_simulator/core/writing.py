@@ -40,7 +40,7 @@ def printing(main):
             try:
                 return main(*arguments, **named)
             finally:
-                sys.stdout.flush()
+                sys.stdout.end()
         except OSError:
             failed = sys.stdout.failed
             if failed is None:
@@ -70,6 +70,12 @@ class _Output:
 
     def flush(self):
         return self._tried(self._stream.flush)
+
+    def end(self):
+        """Flush; raise the error of a write that failed before, which argparse does not tell of."""
+        self.flush()
+        if self.failed is not None:
+            raise self.failed
 
     def _tried(self, function, *arguments):
         try:

@@ -26,6 +26,7 @@ COMMANDS = {
         "consensus under many losses, against theory",
     ),
     "noise_gain": ("study.analyses.noise_gain", "main", "consensus under noise, against theory"),
+    "gui": ("rqt_plugin.local_side.command", "main", "open the window of studies, without ROS"),
     "scenarios": ("scenario.shipped", "main", "list the scenarios that ship"),
 }
 BAD_INPUT = 2  # exit code

@@ -7,7 +7,8 @@ import weakref
 import pytest
 from ros_fixtures import PATIENCE, wait_until
 
-from mrs_simulator.ros.node.lifecycle import Doorkeeper, spare_garbage_collection
+from mrs_simulator.core.garbage import spare_garbage_collection
+from mrs_simulator.ros.node.lifecycle import Doorkeeper
 
 
 class Ring:

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -14,16 +13,12 @@ import rospy
 from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.ros.node.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.ros.node.diagnostics import OK, Diagnostics, Health
-from mrs_simulator.ros.node.lifecycle import spare_garbage_collection
-from mrs_simulator.rqt_plugin.qt.QtCore import QSettings, QTimer
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.controller_parameters import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
-from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
+from mrs_simulator.rqt_plugin.window.main_window import end_program, open_application, run_window
 from mrs_simulator.study.programs import BAD_INPUT
 
 ARGUMENTS = dict(
@@ -34,32 +29,7 @@ PARAMETERS = (
     "stage --help and pioneer_control --help.  Its check of real robots takes those below "
     "/pioneer_control on the parameter server: {}."
 )
-SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw
 MASTER_LIMIT = 15.0  # [s] for a master that is started here
-SIZE = (1280, 740)  # [px] of the window at first
-
-
-class Window(QMainWindow):
-    """The study widget with a frame, and settings that survive a restart."""
-
-    def __init__(self, study, settings):
-        super().__init__()
-        self._settings, self.study = settings, study
-        self.setWindowTitle(study.windowTitle())
-        self.setCentralWidget(study)
-        self.resize(*SIZE)
-        geometry = settings.value("geometry")
-        if geometry is not None:
-            self.restoreGeometry(geometry)
-
-    @guarded
-    def closeEvent(self, event):
-        """Keep the settings, end what was started here."""
-        self._settings.setValue("geometry", self.saveGeometry())
-        for key, value in self.study.save_settings().items():
-            self._settings.setValue(key, value)
-        self.study.close_study()
-        super().closeEvent(event)
 
 
 def main():
@@ -79,34 +49,15 @@ def main():
     _refuse_parameters()
     if os.path.isdir(arguments.directory):
         os.chdir(arguments.directory)
-    if not any(os.environ.get(name) for name in SCREENS):
-        # Qt would abort.
-        print(
-            "mrs_gui: no display: wanted DISPLAY set, or xvfb-run before the command",
-            file=sys.stderr,
-        )
-        sys.exit(BAD_INPUT)
-    application = QApplication([sys.argv[0]] + rest)
-    _end_on_signals(application)
+    application = open_application("mrs_gui", rest)
     master = None if rosgraph.is_master_online() else _start_master()
     try:
         scenario = scenario_from(arguments)
         rospy.init_node("mrs_gui", anonymous=True, disable_signals=True)
         Diagnostics(lambda: [Health("", OK, "open", {})])
-        settings = QSettings("mrs_simulator", "mrs_gui")
-        if arguments.fresh:
-            settings.clear()
         processes = Processes()
         study = StudyWidget(RosConnection(), processes, scenario, Autosave())
-        kept = {key: settings.value(key) for key in ("across", "down", "shown", "programs")}
-        if not arguments.scenario:
-            kept["scenario"] = settings.value("scenario")
-        window = Window(study, settings)
-        window.show()
-        # A user's law may take its time: the window, and its emergency stop, are there meanwhile.
-        study.restore_settings(kept)
-        spare_garbage_collection()
-        code = application.exec_()
+        code = run_window(application, study, "mrs_gui", arguments)
         processes.wait_closed()
     except (ValueError, OSError) as error:
         print("mrs_gui: {}".format(with_page(error)), file=sys.stderr)
@@ -115,11 +66,7 @@ def main():
         rospy.signal_shutdown("window closed")
         if master is not None:
             _end_master(master)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    # Everything has been ended in order; the interpreter takes Qt's objects down in any order, and
-    # that can crash.
-    os._exit(code)
+    end_program(code)
 
 
 def _refuse_parameters():
@@ -160,16 +107,6 @@ def _end_master(master):
     except subprocess.TimeoutExpired:
         master.kill()
         master.wait()
-
-
-def _end_on_signals(application):
-    """Close the window on signals; one not yet open, as soon as it is."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, from_event_loop(lambda *_: application.closeAllWindows()))
-    # Python sees a signal only when Qt gives it a moment.
-    timer = QTimer(application)
-    timer.timeout.connect(lambda: None)
-    timer.start(200)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.core.garbage import spare_garbage_collection
+from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
@@ -18,7 +20,6 @@ from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
 from mrs_simulator.nodes.stage.new_team import with_robots
-from mrs_simulator.nodes.stage.pacing import Pacer
 from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.recorders import Recorders
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
@@ -29,7 +30,7 @@ from mrs_simulator.nodes.stage.status import StatusTopic, named
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
 from mrs_simulator.ros.node import node_parameters as declared
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.node.lifecycle import run, spare_garbage_collection, start_node
+from mrs_simulator.ros.node.lifecycle import run, start_node
 from mrs_simulator.ros.node.parameters import is_given, read
 from mrs_simulator.ros.node.requests import Requests
 from mrs_simulator.ros.node.senders import doubled_text

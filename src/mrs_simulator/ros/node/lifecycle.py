@@ -1,7 +1,6 @@
 """Start and end of a node."""
 
 import contextlib
-import gc
 import os
 import signal
 import socket
@@ -11,6 +10,7 @@ import time
 import rospy
 import rospy.impl.tcpros_base
 
+from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.core.program import PARENT
 from mrs_simulator.ros.node.registration import keep_registered
 from mrs_simulator.ros.node.unknown_parameters import refuse_unknown, warn_of_unknown
@@ -103,17 +103,6 @@ def _end_with_parent(parent):
     while os.getppid() == parent:
         time.sleep(LOOK_PERIOD)
     rospy.signal_shutdown("the program that started this node has ended")
-
-
-def spare_garbage_collection():
-    """Have later collections of garbage pass over everything that is there now, since most of it stays.
-
-    To be called once a node has started up, and where its team has changed.  Looking through what 1000
-    robots' topics consist of takes 50 ms and more, during which no thread runs.
-    """
-    gc.unfreeze()
-    gc.collect()
-    gc.freeze()
 
 
 def run(spin):

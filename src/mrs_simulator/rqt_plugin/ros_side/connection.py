@@ -4,9 +4,10 @@ import time
 
 from mrs_simulator.ros.message_forms.messages import robot_specs
 from mrs_simulator.rqt_plugin.connection import Connection
+from mrs_simulator.rqt_plugin.received import SILENCE
 from mrs_simulator.rqt_plugin.ros_side import controller_parameters, service_calls
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
-from mrs_simulator.rqt_plugin.ros_side.inbox import SILENCE, Inbox
+from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
 from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection

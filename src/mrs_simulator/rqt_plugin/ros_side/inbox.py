@@ -2,8 +2,6 @@
 
 import contextlib
 import operator
-import threading
-import time
 from collections import deque
 
 import numpy as np
@@ -20,11 +18,11 @@ from mrs_simulator.ros.message_forms.messages import (
     read_stage_status,
     read_state,
 )
+from mrs_simulator.rqt_plugin.received import Received
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
 MOST_COLLISIONS = 1000  # [-] kept meanwhile
-SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a robot counts as silent
 READERS = {
     "stage": read_stage_status,
     "control": read_control_status,
@@ -33,12 +31,12 @@ READERS = {
 }
 
 
-class Inbox:
+class Inbox(Received):
     """The newest message of each name, and queues of what must not be missed, such as samples."""
 
     def __init__(self):
-        self._lock = threading.Lock()
-        self._newest, self._received, self._moves = {}, {}, False
+        super().__init__()
+        self._moves = False
         self._samples = deque(maxlen=MOST_WAITING)
         self._collisions = deque(maxlen=MOST_COLLISIONS)
         self._incidents = deque(maxlen=MOST_COLLISIONS)
@@ -54,14 +52,14 @@ class Inbox:
         with self._lock:
             if name == "control":
                 self.controller.note(value.stamp, value.running, value.trouble)
-            self._newest[name], self._received[name] = value, time.monotonic()
+            self._put(name, value)
 
     def keep_state(self, message):
         """Keep a ``TeamState``, and now and then a sample for the curves."""
         stamp = message.header.stamp.to_sec()
         with self._lock:
             last = self._newest.get("state")
-            self._newest["state"], self._received["state"] = message, time.monotonic()
+            self._put("state", message)
             # The curves need less than every step of a fast simulation.
             kept = self._newest.get("kept", -1.0)
             if last is not None and (last.stage, last.run) != (message.stage, message.run):
@@ -94,27 +92,6 @@ class Inbox:
             self._samples.append(None)
 
     # Reading -------------------------------------------------------------------------------------
-
-    def newest(self, name):
-        """Return what ``Connection.newest`` does."""
-        with self._lock:
-            return self._newest.get(name)
-
-    def forget(self, name):
-        """Drop what was received as ``name``."""
-        with self._lock:
-            self._received.pop(name, None)
-            self._newest.pop(name, None)
-
-    def silence(self, name):
-        """Return the wall time [s] since ``name`` was received, None if it never was."""
-        with self._lock:
-            return time.monotonic() - self._received[name] if name in self._received else None
-
-    def is_fresh(self, name):
-        """Return whether ``name`` was received within the last ``SILENCE`` [s] of wall time."""
-        with self._lock:
-            return time.monotonic() - self._received.get(name, -SILENCE) < SILENCE
 
     def snapshot(self):
         """Return the ``StateTable`` of the newest state, None before the first."""

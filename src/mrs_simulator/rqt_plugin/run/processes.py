@@ -27,7 +27,11 @@ class Processes:
 
     def start(self, name, script, *arguments, package="mrs_simulator"):
         """Start ``rosrun package script``; one of that name that still runs is ended first."""
-        self.launch(name, ["rosrun", package, script, *map(str, arguments)])
+        self.launch(name, [*self.command(script, package), *map(str, arguments)])
+
+    def command(self, script, package="mrs_simulator"):
+        """Return the words that run a ``script`` of ``package``."""
+        return ["rosrun", package, script]
 
     def launch(self, name, command):
         """Start ``command``, a list of words; one of that name that still runs is ended first."""
@@ -43,7 +47,7 @@ class Processes:
 
     def run(self, name, script, *arguments, limit=None):
         """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
-        command = ["rosrun", "mrs_simulator", script, *map(str, arguments)]
+        command = [*self.command(script), *map(str, arguments)]
         self._jobs[name] = process = self._open(name, command)
         try:
             code = process.wait(limit)

@@ -82,6 +82,8 @@ class Programs:
             return "already running"
         if ending:
             return "it is ending"
+        if name in self._study.connection.absent:
+            return self._study.connection.absent[name]
         if name == "stage":
             return self._study.state.actions()["simulate"][1]
         if name == "control":

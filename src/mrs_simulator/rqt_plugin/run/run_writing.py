@@ -45,7 +45,8 @@ def write_run(run, scenario, directory, meta, report):
             if row % hundredth == 0:
                 report(row / len(when))
             state = team.recorded(states.at(row), l)
-            file.sample(round(float(state.time), 9), state)
+            # Without the rounding of a difference a run has the times of one without a window.
+            file.sample(round(float(state.time), 9) if when[0] else float(state.time), state)
     collisions = [c._replace(time=c.time - when[0]) for c in run.collisions if c.time >= when[0]]
     write_facts(file.path, collisions, meta)
     return file.path

@@ -64,15 +64,16 @@ class StudyState:
         connection = self.connection
         stage, alive = connection.newest("stage"), connection.is_fresh("stage")
         return {
-            "master": (
-                connection.master_online,
-                "master" if connection.master_online else "no master",
-            ),
+            "master": self._master(),
             "stage": self._stage(stage, alive),
             "controller": self._controller(connection.newest("control")),
             "robots": self._robots(),
             "time": self._time(stage, alive),
         }
+
+    def _master(self):
+        online, there = self.connection.master_online, self.connection.has_master
+        return online, ("master" if online else "no master") if there else ""
 
     def _stage(self, stage, alive):
         if not alive:
@@ -134,7 +135,8 @@ class StudyState:
 
     def actions(self):
         """Return ``name: (possible, remark)`` of the run's actions, with a reason or a warning."""
-        stage, alive = self.connection.newest("stage"), self.connection.is_fresh("stage")
+        connection = self.connection
+        stage, alive = connection.newest("stage"), connection.is_fresh("stage")
         paused = alive and stage is not None and stage.paused
         reasons = {
             "simulate": self._no_simulation(),
@@ -148,9 +150,12 @@ class StudyState:
             "stop": ""
             if self.is_controlled() or self.preflight.starting or self.hangs()
             else "no controller sends commands",
-            "bag": "" if self.connection.master_online else NO_MASTER,
-            "save": "" if self.connection.snapshot() is not None else "no data of robots received",
+            "bag": "" if connection.master_online else NO_MASTER,
+            "save": "" if connection.snapshot() is not None else "no data of robots received",
         }
+        reasons.update(
+            (name, connection.absent[name]) for name in reasons if name in connection.absent
+        )
         remarks = dict.fromkeys(reasons, "")
         if self.real() and alive:
             remarks["reset"] = "real robots stay where they are: {}".format(named(self.real()))

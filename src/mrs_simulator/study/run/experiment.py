@@ -60,6 +60,7 @@ class Experiment:
         """Make control, sensors and estimator of the world's robots."""
         scenario = self.scenario
         self.control = make_control(scenario, protocol)
+        self._every = scenario.steps_per_command, scenario.steps_per_record
         self.layout = self.control.team.layout(lambda column: column.given(scenario))
         self._is_basic = {*self.layout.widths} - {("estimate", 3)} == {*basic_layout().widths}
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
@@ -67,7 +68,8 @@ class Experiment:
         asked = scenario.estimates.asked if scenario.estimates else ()
         rate, team = scenario.odometry_rate, self.world.team
         self._odometry_steps = 1 if rate is None else odometry_steps(team, rate, scenario.step)
-        self.sensors.activate(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
+        self._asked_for = dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked))
+        self.sensors.activate(self._asked_for)
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
         self._recorder = None  # of these sensors
@@ -99,6 +101,11 @@ class Experiment:
         self._recorder = SensorRecorder(self._recorded, self.scenario, self.world, out)
         return self._recorder.files
 
+    def watch(self, wanted):
+        """Read the sensors ``wanted``, ``{row: names}``, from now on besides those that the run needs."""
+        both = {row: (*own, *wanted.get(row, ())) for row, own in self._asked_for.items()}
+        self.sensors.activate_from(both, max(0, self._step), self.world.sensed)
+
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
 
@@ -106,25 +113,41 @@ class Experiment:
         caller's own arrays.
         Raises ``LawFailed`` after all robots were commanded to stop.
         """
-        scenario, steps = self.scenario, int(round(self.scenario.duration / self.scenario.step))
-        if self._step < 0:
-            self.world.rise()
-            self._asked(self.control.start)
+        steps = int(round(self.scenario.duration / self.scenario.step))
+        self.begin()
         if self._can_leap():
             yield from self._leaping(steps)
             return
-        command_every, record_every = scenario.steps_per_command, scenario.steps_per_record
         while self._step < steps:
-            if self._step >= 0:
-                self._advance()
-            self._step += 1
-            self._read(self._step)
-            if self._step % command_every == 0:
-                self._command_all()
-            if self.trace is not None:
-                self.trace.add()
-            if self._step % record_every == 0:
+            if self.go_on():
                 yield self._sample()
+
+    def begin(self):
+        """Let robots take off, and the law begin, before the first sample."""
+        if self._step < 0:
+            self.world.rise()
+            self._asked(self.control.start)
+
+    def go_on(self, commanded=True):
+        """Go on to the next step, the first time to 0; return whether it is to be recorded.
+
+        ``commanded``: whether the law commands the robots; else they are to stand.  Raises ``LawFailed``
+        after all robots were commanded to stop.
+        """
+        command_every, record_every = self._every
+        if self._step >= 0:
+            self._advance()
+        self._step += 1
+        self._read(self._step)
+        if self._step % command_every == 0:
+            self._command_all() if commanded else self.halt()
+        if self.trace is not None:
+            self.trace.add()
+        return self._step % record_every == 0
+
+    def halt(self):
+        """Command all robots to stand."""
+        self.world.set_commands(EVERY, np.zeros_like(self.world.command))
 
     def _advance(self):
         """Let the world make a step."""
@@ -264,7 +287,7 @@ class Experiment:
 
     def _refuse_too_fast(self, command):
         """Raise ``LawFailed`` for a ``command`` (n, a) that the world would refuse, after all stand."""
-        self.world.set_commands(EVERY, np.zeros_like(self.world.command))
+        self.halt()
         row = int(np.abs(command).max(axis=1).argmax())
         text = "at {:.3f} s robot{} was commanded {:.3g}, wanted at most {:g}: the team is driven apart"
         values = self.world.time, row + 1, np.abs(command[row]).max(), FASTEST
@@ -282,7 +305,7 @@ class Experiment:
         places = world.pose[:, :2]
         if not max_abs(places) <= FARTHEST:  # nor is nan
             far = np.flatnonzero(~(np.abs(places) <= FARTHEST).all(axis=1))
-            world.set_commands(EVERY, np.zeros_like(self.world.command))
+            self.halt()
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
 
@@ -306,7 +329,7 @@ class Experiment:
         try:
             return call(function, *arguments)
         except Exception as error:
-            self.world.set_commands(EVERY, np.zeros_like(self.world.command))
+            self.halt()
             text = "at {:.3f} s {}".format(self.world.time, failure(raised(error)))
             raise LawFailed(text) from error
 

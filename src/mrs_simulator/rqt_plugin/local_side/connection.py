@@ -1,0 +1,214 @@
+"""The GUI's back end without ROS: it talks to the program of ``engine``, without Qt."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+import threading
+from collections import deque
+from multiprocessing.connection import Listener
+
+from mrs_simulator.record.controller_log import Interruptions
+from mrs_simulator.rqt_plugin.connection import Connection
+from mrs_simulator.rqt_plugin.received import Received
+from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
+
+NO_ROS = "this needs ROS, which this window does without: mrs_gui and rqt have it"
+SEEN = "in this window"  # where readings come from
+
+
+class LocalConnection(Received, Connection):
+    """Keeps what the engine sends, and sends it requests."""
+
+    absent = dict.fromkeys(("preflight", "bag", "record", "rosbag"), NO_ROS)
+    master_online, has_master = True, False
+
+    def __init__(self):
+        super().__init__()
+        self.controller = Interruptions()
+        self._samples, self._estimates, self._applied = deque(), deque(), deque()
+        self._collisions, self._incidents, self._results = deque(), deque(), deque()
+        self._ended = deque()  # what is said of controllers that ended
+        self._wanted, self._readings = {}, (0.0, {})
+        self._engine, self._sending = None, threading.Lock()
+        self._directory = tempfile.mkdtemp(prefix="mrs_simulator_link_")  # its user's alone
+        windows = os.name == "nt"
+        self._listener = Listener(None if windows else os.path.join(self._directory, "engine"))
+        threading.Thread(target=self._receive, daemon=True).start()
+
+    @property
+    def address(self):
+        """Return where the engine is to connect."""
+        return self._listener.address
+
+    def _receive(self):
+        """Take what engines send, one after the other."""
+        with contextlib.suppress(OSError):  # the listener is closed
+            while True:
+                engine = self._listener.accept()
+                self._engine = engine
+                with contextlib.suppress(EOFError, OSError):
+                    while True:
+                        self._take(*engine.recv())
+
+    def _take(self, name, value):
+        with self._lock:
+            if name == "state":
+                state, is_sample, estimate = value
+                self._put(name, state)
+                if is_sample:
+                    self._samples.append(state)
+                    if estimate is not None:
+                        self._estimates.append((state.time, state.robots, estimate))
+            elif name == "run":
+                self._samples.append(None)
+            elif name == "readings":
+                self._readings = value
+            elif name in self._queues():
+                self._queues()[name].extend(value if isinstance(value, list) else [value])
+            else:
+                if name == "control":
+                    self.controller.note(value.stamp, value.running, value.trouble)
+                self._put(name, value)
+
+    def _queues(self):
+        return {
+            "collisions": self._collisions,
+            "incidents": self._incidents,
+            "applied": self._applied,
+            "result": self._results,
+            "control_ended": self._ended,
+        }
+
+    def _taken(self, waiting):
+        with self._lock:
+            taken = list(waiting)
+            waiting.clear()
+        return taken
+
+    # What is there -------------------------------------------------------------------------------
+
+    @property
+    def registered(self):
+        return frozenset(name for name in ("stage", "control") if self.is_fresh(name))
+
+    def snapshot(self):
+        return self.newest("state")
+
+    def sensor_readings(self):
+        now, readings = self._readings
+        return {key: _received(key, of, now, readings) for key, of in self._wanted.items()}
+
+    def diagnostics(self):
+        return []
+
+    def odometry_topics(self):
+        return {}
+
+    def first_stamp(self):
+        return 0.0
+
+    # What was received since the last call -------------------------------------------------------
+
+    def take_samples(self):
+        return self._taken(self._samples)
+
+    def take_collisions(self):
+        return self._taken(self._collisions)
+
+    def take_incidents(self):
+        return self._taken(self._incidents)
+
+    def take_applied(self):
+        return self._taken(self._applied)
+
+    def take_estimates(self):
+        return self._taken(self._estimates)
+
+    def take_results(self):
+        return self._taken(self._results)
+
+    def take_ended(self):
+        """Return what is said of the controllers that ended since the last call, "" where all is well."""
+        return self._taken(self._ended)
+
+    # Requests ------------------------------------------------------------------------------------
+
+    def ask(self, name, *arguments):
+        try:
+            with self._sending:
+                if self._engine is None:
+                    raise OSError("no simulation runs")
+                self._engine.send((name, arguments))
+        except OSError as error:  # it has ended
+            self._results.append((name, False, str(error)))
+
+    def set_team(self, poses, kinds, altitude=None):
+        self.ask("set_team", poses, tuple(kinds), altitude)
+
+    def set_topology(self, edges, directed):
+        self.ask("set_topology", list(edges), directed)
+
+    def set_parameters(self, values):
+        self.ask("set_parameters", values)
+
+    def set_emergency(self, on):
+        with self._lock:
+            self._put("emergency", bool(on))
+        if self._engine is not None:
+            self.ask("emergency", bool(on))
+
+    def begin_run(self):
+        with self._lock:
+            self._samples.append(None)
+
+    def begin_simulated_time(self):
+        self._results.append(("simulated_time", True, None))  # time is no one else's
+
+    def restore_simulated_time(self, before):
+        pass
+
+    def do(self, name, function):
+        threading.Thread(target=self._do, args=(name, function), daemon=True).start()
+
+    def _do(self, name, function):
+        try:
+            success, answer = function()
+        except Exception as error:  # reported as the answer
+            success, answer = False, "{}: {}".format(type(error).__name__, error)
+        self._results.append((name, success, answer))
+
+    def watch_sensors(self, wanted):
+        wanted = {key: of[:2] for key, of in wanted.items()}
+        if wanted != self._wanted:
+            self._wanted, rows = wanted, {}
+            for number, name in wanted:
+                rows.setdefault(number - 1, []).append(name)
+            if self._engine is not None:
+                self.ask("watch", rows)
+
+    def watch_diagnostics(self, wanted):
+        pass
+
+    def set_starts(self, poses, in_space=False):
+        pass
+
+    def close(self):
+        self._listener.close()
+        shutil.rmtree(self._directory, ignore_errors=True)
+
+    # The check of real robots --------------------------------------------------------------------
+
+    def has_simulated_time(self):
+        return True
+
+    def controller_arguments(self, topics):
+        return []
+
+
+def _received(key, of, now, readings):
+    """Return the ``ReceivedReading`` of a sensor ``key``, a robot's number and a name."""
+    reading = readings.get(key[0] - 1, {}).get(key[1])
+    if reading is None:
+        return ReceivedReading(topic=SEEN)
+    return ReceivedReading(reading, max(0.0, now - reading.stamp), of[0].rate, SEEN)

@@ -499,6 +499,7 @@ def test_a_signal_in_the_middle_of_painting_closes_the_window_afterwards(ros, tm
 import os, signal, sys
 from mrs_simulator.rqt_plugin.map import view as map_view
 from mrs_simulator.rqt_plugin import standalone
+from mrs_simulator.rqt_plugin.window import main_window
 paint, painted = map_view.MapView.paintEvent, []
 def painting(*arguments):
     paint(*arguments)
@@ -509,11 +510,11 @@ def painting(*arguments):
             pass  # Python calls the handler here
         print("closed within" if hasattr(standalone, "closed") else "painting goes on", flush=True)
 map_view.MapView.paintEvent = painting
-close = standalone.Window.closeEvent
+close = main_window.Window.closeEvent
 def noted(self, event):
     standalone.closed = True
     close(self, event)
-standalone.Window.closeEvent = noted
+main_window.Window.closeEvent = noted
 sys.argv[1:] = ["--fresh"]
 standalone.main()
 """

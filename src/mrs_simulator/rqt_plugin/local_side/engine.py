@@ -230,6 +230,8 @@ class Engine:
         staged = self._staged
         if staged.topology is not None:
             staged = staged._replace(topology=staged.topology.for_robots(len(poses)))
+        poses = np.asarray(poses, dtype=float).tolist()
+        altitude = None if altitude is None else np.asarray(altitude, dtype=float).tolist()
         changed = dict(robots=len(poses), poses=poses, altitude=altitude, model=list(kinds))
         self._begin_anew(staged.changed(**changed))
         self._publish_scenario()
@@ -243,6 +245,7 @@ class Engine:
         self._running, self._paused = False, False
         self._link.send("run")
         self._link.send("control_ended", "")
+        self._send_state(is_sample=False)
 
     def _on_set_parameters(self, values):
         control = self._controlled()

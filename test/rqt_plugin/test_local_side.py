@@ -1,0 +1,294 @@
+"""The window without ROS: its engine, and a study through the real window."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from mrs_simulator.rqt_plugin.local_side.engine import Engine
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.study.run.experiment import run_experiment
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PAPER = os.path.join(ROOT, "scenarios", "paper_four.yaml")
+MODULES = ("rospy", "rosgraph", "rosgraph_msgs", "std_msgs", "std_srvs", "geometry_msgs")
+PRELUDE = """
+import os, sys, time
+sys.modules.update(dict.fromkeys({modules} + ("mrs_simulator.msg", "mrs_simulator.srv")))
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
+from PyQt5.QtCore import Qt
+from PyQt5.QtTest import QTest
+from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
+from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+from mrs_simulator.rqt_plugin.window.main_window import open_application
+from mrs_simulator.scenario.scenario import load_scenario
+application = open_application("gui")
+connection = LocalConnection()
+gui = StudyWidget(connection, LocalProcesses(connection), load_scenario(sys.argv[1]))
+gui.resize(1280, 740)
+gui.show()
+
+def until(condition, limit=60.0):
+    end = time.monotonic() + limit
+    while not condition():
+        application.processEvents()
+        time.sleep(0.005)
+        if time.monotonic() > end:
+            print(gui.messages.toPlainText(), gui.study.processes.output("stage"))
+            os._exit(1)
+
+def click(name):
+    until(lambda: gui.bar.button(name).isEnabled())
+    QTest.mouseClick(gui.bar.button(name), Qt.LeftButton)
+
+def begin():
+    click("simulate")
+    click("control")
+    until(gui.study.is_controlled)
+
+def end():
+    gui.close_study()
+    gui.study.processes.wait_closed()
+    print("done")
+    os._exit(0)
+"""
+
+
+def in_window(code, path, tmp_path, *arguments):
+    """Return what a piece of Python in the process of a window printed, without a module of ROS."""
+    prelude = PRELUDE.format(modules=MODULES)
+    command = [sys.executable, "-c", prelude + textwrap.dedent(code) + "\nend()\n"]
+    done = subprocess.run(
+        [*command, str(path), *map(str, arguments)],
+        env=dict(os.environ, HOME=str(tmp_path)),
+        timeout=120,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    output = done.stdout.decode()
+    assert done.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
+    return output
+
+
+def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
+    code = """
+    gui.bar.set_speed(0)
+    begin()
+    until(lambda: connection.newest("stage").paused)  # the duration is over
+    until(lambda: len(gui.history.time) and gui.history.time[-1] >= 4.0 - 1e-9)
+    results = []
+    take = connection.take_results
+    connection.take_results = lambda: results.extend(take()) or results[len(results):]
+    gui.study.files.save(gui.history, sys.argv[2])
+    until(lambda: any(name == "save" for name, _, _ in results))
+    print(results)
+    gui.bar.button("preflight").isEnabled() or print(gui.bar.button("preflight").toolTip())
+    """
+    scenario = load_scenario(PAPER)._replace(duration=4.0)
+    path = tmp_path / "four.yaml"
+    path.write_text(scenario.to_yaml())
+    output = in_window(code, path, tmp_path, tmp_path / "window")
+    run_experiment(scenario, str(tmp_path / "alone"), formats=())
+    alone, window = (tmp_path / out / "run.csv" for out in ("alone", "window"))
+    assert alone.read_bytes() == window.read_bytes()
+    assert (tmp_path / "window" / "trajectories.pdf").exists()
+    assert "this needs ROS" in output
+
+
+def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):
+    law = tmp_path / "hangs.py"
+    law.write_text(
+        textwrap.dedent(
+            """
+            import time
+            import numpy as np
+            from mrs_simulator.control.pioneer_control import PioneerControl
+
+            class Hangs(PioneerControl):
+                def pointMassLaw(self, p):
+                    self.calls = getattr(self, "calls", 0) + 1
+                    while self.calls > 5:
+                        pass
+                    return np.zeros_like(p)
+            """
+        )
+    )
+    content = {"poses": [[0, 0, 0], [2, 0, 0]], "control": {"protocol": str(law)}}
+    path = tmp_path / "hangs.yaml"
+    path.write_text(scenario_from_dict(content, "test").to_yaml())
+    code = """
+    from mrs_simulator.rqt_plugin.run import study_state
+    study_state.HANGS = 0.5
+    click("simulate")
+    click("control")
+    until(gui.study.state.hangs)
+    assert connection.is_fresh("stage")  # which goes on
+    print(gui.study.state.lines()["controller"])
+    gui.say(gui.study.do("kill"))
+    until(lambda: not gui.study.processes.is_running("stage"))
+    until(lambda: gui.bar.button("simulate").isEnabled())
+    """
+    assert "has not answered" in in_window(code, path, tmp_path)
+
+
+# The engine --------------------------------------------------------------------------------------
+
+
+class Over(Exception):
+    """There are no more requests."""
+
+
+class Script:
+    """A ``Link`` to nobody: gives ``requests`` in turn, each after ``steps`` samples of the last one."""
+
+    def __init__(self, *requests):
+        self.left, self.sent, self._samples = list(requests), [], 0
+
+    def send(self, name, value=None):
+        self.sent.append((name, value))
+        self._samples += name == "state" and value[1]
+
+    def requests(self, wait):
+        if not self.left:
+            raise Over
+        if self._samples < self.left[0][0]:
+            return []
+        _, *request = self.left.pop(0)
+        self._samples = 0
+        return [request]
+
+    def all(self, name):
+        return [value for kind, value in self.sent if kind == name]
+
+    def samples(self):
+        """Return the recorded states of each run."""
+        runs = []
+        for name, value in self.sent:
+            if name == "run":
+                runs.append([])
+            elif name == "state" and value[1]:
+                runs[-1].append(value[0])
+        return runs
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(load_scenario(PAPER)._replace(duration=100.0).to_yaml())
+    return str(path)
+
+
+def played(path, *requests):
+    """Return the ``Script`` of an engine asked ``requests``, ``(samples before, name, arguments)``."""
+    script = Script(*requests, (0, "pause", (True,)))
+    engine = Engine(script, load_scenario(path), 0.0)
+    with pytest.raises(Over):
+        engine.spin()
+    engine.world.close()
+    return script
+
+
+def test_time_begins_with_the_controller(path):
+    script = played(path, (0, "control", (path,)), (20, "stop", ()))
+    (run,) = script.samples()
+    assert run[0].time == 0.0 and np.any(run[0].command)
+    assert np.diff([state.time for state in run]) == pytest.approx(0.1)
+    np.testing.assert_array_equal(run[0].pose, load_scenario(path).poses)
+    assert script.all("result")[0] == ("stop", True, "stopped")
+
+
+def test_who_stops_stands_and_who_starts_again_begins_a_run_there(path):
+    script = played(
+        path, (0, "control", (path,)), (20, "stop", ()), (20, "start", ()), (20, "stop", ())
+    )
+    first, second = script.samples()
+    assert not np.any(first[-1].command) and np.any(second[0].command)
+    assert second[0].time == 0.0
+    np.testing.assert_array_equal(second[0].pose, first[-1].pose)
+
+
+def test_a_reset_puts_the_robots_back_and_ends_the_controller(path):
+    script = played(path, (0, "control", (path,)), (20, "reset", ()), (0, "step", (1,)))
+    assert script.all("control_ended") == [""]
+    states = [state for state, _, _ in script.all("state")]
+    np.testing.assert_array_equal(states[-1].pose, load_scenario(path).poses)
+
+
+def test_another_team_is_simulated_from_its_places(path):
+    poses = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 1.0]])
+    team = poses, ("amigobot", "amigobot"), None
+    script = played(path, (0, "set_team", team), (0, "control", (path,)))
+    assert script.all("result")[0] == ("set_team", True, "2 robots")
+    assert script.all("control_ended")[1:] == [
+        "a controller of 4 robots, wanted one of the simulated 2"
+    ]
+    assert script.all("state")[-1][0].kinds == ["amigobot", "amigobot"]
+
+
+def test_the_emergency_stop_holds_until_it_is_released(path):
+    script = played(
+        path,
+        (0, "control", (path,)),
+        (10, "emergency", (True,)),
+        (5, "start", ()),
+        (0, "emergency", (False,)),
+        (0, "start", ()),
+        (5, "stop", ()),
+    )
+    results = [each for each in script.all("result") if each[0] == "start"]
+    assert results[0][1] is False and "release it first" in results[0][2]
+    assert results[1][1] is True
+    first, second = script.samples()
+    assert not np.any(first[-1].command) and np.any(second[0].command)
+
+
+def test_parameters_and_graph_are_set_in_the_run_and_published(path):
+    scenario = load_scenario(path)
+    script = played(
+        path,
+        (0, "control", (path,)),
+        (5, "set_parameters", (dict(scenario.control.parameters, k=0.5),)),
+        (5, "set_parameters", ({"k": -1.0},)),
+        (0, "set_topology", ([(1, 2, 1.0), (2, 3, 1.0), (3, 4, 1.0)], True)),
+    )
+    results = {name: (good, said) for name, good, said in script.all("result")}
+    assert results["set_parameters"][0] is False and "k" in results["set_parameters"][1]
+    settings = [settings for _, settings in script.all("applied")]
+    assert settings[1]["control"]["parameters"]["k"] == 0.5
+    assert results["set_topology"][0], results
+
+
+def test_a_law_that_raises_ends_nothing_and_is_reported(path, tmp_path):
+    law = tmp_path / "raises.py"
+    law.write_text(
+        textwrap.dedent(
+            """
+            from mrs_simulator.control.pioneer_control import PioneerControl
+
+            class Raises(PioneerControl):
+                def pointMassLaw(self, p):
+                    raise ValueError("of its own")
+            """
+        )
+    )
+    text = load_scenario(path).with_protocol(str(law)).to_yaml()
+    other = tmp_path / "other.yaml"
+    other.write_text(text)
+    script = played(path, (0, "control", (str(other),)), (3, "reset", ()))
+    engine_says = [control.trouble for control in script.all("control")]
+    assert any("the law failed" in trouble and "of its own" in trouble for trouble in engine_says)
+
+
+def test_after_the_duration_time_waits(path, tmp_path):
+    short = tmp_path / "short.yaml"
+    short.write_text(load_scenario(path)._replace(duration=1.0).to_yaml())
+    script = played(
+        str(short), (0, "control", (str(short),)), (11, "pause", (False,)), (5, "stop", ())
+    )
+    (run,) = script.samples()
+    assert [name for name, _, _ in script.all("result")][0] == "paused"
+    assert run[10].time == pytest.approx(1.0) and len(run) > 11

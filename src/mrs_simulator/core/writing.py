@@ -35,6 +35,8 @@ def printing(main):
 
     @functools.wraps(main)
     def printed(*arguments, **named):
+        if isinstance(sys.stdout, _Output):  # a program within another, which sees to it
+            return main(*arguments, **named)
         output, sys.stdout = sys.stdout, _Output(sys.stdout)
         try:
             try:

@@ -30,7 +30,7 @@ class Link:
         self.master_online, self._snapshot, self._topics = master_online, snapshot, topics or {}
         self._received = received
 
-    registered, absent, has_master = frozenset(), {}, True
+    registered, absent = frozenset(), {}
     silent = None  # [s] for which the controller said nothing
 
     def silence(self, name):

@@ -8,11 +8,11 @@ class Connection(abc.ABC):
 
     What is received is kept until the GUI takes it; what is requested is done in the background, and its
     answer is a result that ``take_results`` returns.  The attribute ``controller`` is an
-    ``Interruptions`` with the times at which controllers were interrupted.  ``absent`` says by name why an
-    action or a program is not to be had here; ``has_master``: whether there is a ROS master to be shown.
+    ``Interruptions`` with the times at which controllers were interrupted.  ``absent`` says by name why
+    something is not to be had here: an action, a program, or the master.
     """
 
-    absent, has_master = {}, True
+    absent = {}
 
     # What is there -------------------------------------------------------------------------------
 

@@ -52,6 +52,7 @@ class StudyWidget(StudyPanels):
         self.bar.speed_chosen.connect(self._on_speed)
         self.bar.emergency.connect(self._on_emergency)
         self.preflight.start_asked.connect(self._on_start_anyway)
+        self.hide_absent(connection.absent)
         self.show_scenario(scenario)
         self.edits = UnsavedEdits(autosave, self, self.study, self.files, self._restored)
         self._start_timer(FRAME, self._on_frame)

@@ -13,15 +13,15 @@ from mrs_simulator.rqt_plugin.connection import Connection
 from mrs_simulator.rqt_plugin.received import Received
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
 
-NO_ROS = "this needs ROS, which this window does without: mrs_gui and rqt have it"
+NO_ROS = "without ROS: real robots and bags need mrs_gui, or rqt"
 SEEN = "in this window"  # where readings come from
 
 
 class LocalConnection(Received, Connection):
     """Keeps what the engine sends, and sends it requests."""
 
-    absent = dict.fromkeys(("preflight", "bag", "record", "rosbag"), NO_ROS)
-    master_online, has_master = True, False
+    absent = dict.fromkeys(("master", "preflight", "bag", "record", "rosbag"), NO_ROS)
+    master_online = True
 
     def __init__(self):
         super().__init__()

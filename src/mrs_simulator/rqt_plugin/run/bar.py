@@ -180,6 +180,11 @@ class RunBar(QWidget):
         if tip != widget.toolTip():
             widget.setToolTip(tip)
 
+    def hide_absent(self, absent):
+        """Hide the buttons of actions that are ``absent``."""
+        for name, button in self._buttons.items():
+            button.setVisible(name not in absent)
+
     def set_paused(self, paused):
         """Show what the pause button would do now."""
         self._buttons["pause"].setText("Go on" if paused else "Pause")

@@ -51,7 +51,8 @@ class Programs:
 
     def all(self):
         """Return each ``Program``."""
-        titles = {**OWN, **{name: (name, shlex.join(c)) for name, c in self._commands.items()}}
+        own = {name: OWN[name] for name in OWN if name not in self._study.connection.absent}
+        titles = {**own, **{name: (name, shlex.join(c)) for name, c in self._commands.items()}}
         return [self._program(name, *texts) for name, texts in titles.items()]
 
     def _program(self, name, title, tip):
@@ -82,8 +83,6 @@ class Programs:
             return "already running"
         if ending:
             return "it is ending"
-        if name in self._study.connection.absent:
-            return self._study.connection.absent[name]
         if name == "stage":
             return self._study.state.actions()["simulate"][1]
         if name == "control":

@@ -72,8 +72,10 @@ class StudyState:
         }
 
     def _master(self):
-        online, there = self.connection.master_online, self.connection.has_master
-        return online, ("master" if online else "no master") if there else ""
+        if "master" in self.connection.absent:
+            return None, self.connection.absent["master"]
+        online = self.connection.master_online
+        return online, "master" if online else "no master"
 
     def _stage(self, stage, alive):
         if not alive:

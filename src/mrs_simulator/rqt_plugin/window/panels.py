@@ -126,6 +126,12 @@ class StudyPanels(QWidget):
             row.addWidget(label)
         return row
 
+    def hide_absent(self, absent):
+        """Hide the buttons and the tab of what is ``absent``, names as of ``Connection.absent``."""
+        self.bar.hide_absent(absent)
+        if "preflight" in absent:
+            self.results_tabs.removeTab(self.results_tabs.indexOf(self.preflight))
+
     def say(self, text):
         """Add ``text`` to the messages; show an ``ErrorMessage`` as a banner.  Return whether not empty."""
         if text:

@@ -146,9 +146,13 @@ settle() {
 
 # Whether a window can be opened: a DISPLAY may be set to which no server answers.
 display_answers() {
-  timeout 20 "$root/.venv/bin/python" -c '
+  # Qt aborts without a display, of which a shell tells: that of a subshell is silenced.
+  (
+    timeout 20 "$root/.venv/bin/python" -c '
 from PyQt5.QtWidgets import QApplication
-QApplication([])' >/dev/null 2>&1
+QApplication([])'
+    exit $?
+  ) >/dev/null 2>&1
 }
 
 os_release=/etc/os-release

@@ -19,6 +19,7 @@ from mrs_simulator.vehicles.drives import DRIVES
 from mrs_simulator.vehicles.registry import kind
 
 BLOCK = re.compile(r"^```(\w+)(?: [^\n]*)?\n(.*?)^```$", re.M | re.S)
+TITLED = re.compile(r'^```python title="([^"]+)"\n(.*?)^```$', re.M | re.S)
 NAMES = sorted(name for name in os.listdir(DOCS) if name.endswith(".md")) + ["README.md"]
 OWN = re.compile(r"my_\w+\.\w+|(ours|square)\.\w+|FILE|SCENARIO")
 
@@ -42,6 +43,9 @@ def test_python_runs(name, code, tmp_path, monkeypatch):
         pytest.importorskip("pandas")
         recorded = "time,robot,alpha_x\n0.0,1,1.0\n0.0,2,2.0\n"
         (tmp_path / "run.csv").write_text(recorded)
+    for title, content in TITLED.findall(page(name)):  # a law may import another of its page
+        (tmp_path / title).write_text(content)
+    monkeypatch.syspath_prepend(str(tmp_path))
     # What a file ends with would start a node here.
     code = re.sub(r"^run\(\w+\)$", "", code, flags=re.M)
     if "from history import" in code:

@@ -1,6 +1,7 @@
 """The documentation's site: all pages are there, the tutorial runs as it stands, no warning."""
 
 import importlib.util
+import json
 import os
 import re
 import shlex
@@ -10,7 +11,7 @@ import sys
 
 import pytest
 import yaml
-from documentation import DOCS, ROOT, anchors, page
+from documentation import DOCS, FENCED, ROOT, anchors, page
 
 from mrs_simulator.__main__ import main
 from mrs_simulator.protocols import HOMES
@@ -101,19 +102,27 @@ def test_the_paper_cites_what_its_bibliography_has():
     assert yaml.safe_load(text.split("---")[1])["bibliography"] == "paper.bib"
 
 
-def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    text = page("tutorial.md")
+def saved(text, directory):
+    """Write the files of a page's ``text`` to ``directory``."""
     for name, content in re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', text, re.S):
-        (tmp_path / name).write_text(content)
+        (directory / name).write_text(content)
+
+
+def headless(text):
+    """Run the page's commands ``mrs-simulator``, each of which succeeds; return their names."""
     commands = re.findall(r"^mrs-simulator (.+)$", text, re.M)
-    assert [command.split()[0] for command in commands] == [
-        "experiment", "check_protocol", "sweep", "report",
-    ]  # fmt: skip
     for command in commands:
         with pytest.raises(SystemExit) as ended:
             main(shlex.split(command))
-        assert ended.value.code == 0, capsys.readouterr()
+        assert ended.value.code == 0, command
+    return [command.split()[0] for command in commands]
+
+
+def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = page("tutorial.md")
+    saved(text, tmp_path)
+    assert headless(text) == ["experiment", "check_protocol", "sweep", "report"]
     assert "3 of 3 runs passed" in capsys.readouterr().out
     for name in (
         "square/trajectories.pdf",
@@ -122,6 +131,24 @@ def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
         "gains/sweep.png",
     ):
         assert (tmp_path / name).stat().st_size > 500, name
+
+
+def test_the_tutorial_of_a_law_runs_as_it_stands(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = page("tutorial_law.md")
+    saved(text, tmp_path)
+    names = ["analyse", "experiment", "experiment", "experiment", "check_protocol"]
+    assert headless(text) == names
+    said = capsys.readouterr().out
+    for shown in (block for block in FENCED.findall(text) if block.startswith("```\n")):
+        for line in set(shown.splitlines()) - {"  ...", "```"}:
+            assert line in said, line
+    assert [json.loads((tmp_path / name / "verdict.json").read_text())["outcome"] for name in (
+        "meeting", "points", "gathering",
+    )] == ["not_judged", "passed", "passed"]  # fmt: skip
+    for count in ("15 mistakes put in", "nothing noticed it"):
+        assert count in said
+    assert said.count("nothing noticed it") == 3
 
 
 @pytest.mark.parametrize("name", ["figures.md"])

@@ -2,6 +2,7 @@
 """How far the shipped protocols stay from theory on robots: a table for docs/agreement.md.
 
     python3 benchmarks/agreement.py > docs/agreement.md
+    python3 benchmarks/agreement.py --dynamic > docs/agreement_dynamic.md
     python3 benchmarks/agreement.py paper marching    # the rows of these alone
     python3 benchmarks/agreement.py --dynamic         # the page's second table, on full dynamics
 
@@ -36,12 +37,13 @@ LEFT_OUT = (
 )  # the same law as paper, or meant to fail
 ARMED = ("carrying",)  # of robots with arms, which are never points
 DYNAMIC_CASES = (("full dynamics", "dynamic", None, None),)  # the scenario's own limits and rate
-DYNAMIC_HEADER = """## On full dynamics
+DYNAMIC_HEADER = """# On full dynamics
 
 The shipped scenarios with robots that have masses, motors, contacts and friction, or hulls and rotors;
-made by `python3 benchmarks/agreement.py --dynamic`, with numbers in brackets as above. What robots make
-of their commands is taken from the record, and the published law must show the same when it is given
-that ([where tolerances come from](verdict_numbers.md#where-tolerances-come-from)). So robots use
+made by `python3 benchmarks/agreement.py --dynamic`, with numbers in brackets as
+[without forces](agreement.md). What robots make of their commands is taken from the record, and the
+published law must show the same when it is given that
+([where tolerances come from](verdict_numbers.md#where-tolerances-come-from)). So robots use
 up nearly all of these tolerances, too, and only a tenth of what points are allowed comes on top.
 
 How much slip may cost is not derived. These bounds, beside what held commands and limits cost, are
@@ -78,8 +80,8 @@ Bold means outside the claim's tolerance. Collisions are those of bodies, which 
 Robots use up nearly all of a tolerance that is computed, since held commands, ramps and limits cost
 them what they cost in the computation; only a tenth of what points are allowed comes on top.
 
-Two more sections tell how robots do [on full dynamics](#on-full-dynamics), and [which wrong laws are
-caught](#mistakes-put-into-the-laws).
+Two more pages tell how robots do [on full dynamics](agreement_dynamic.md), and [which wrong laws are
+caught](mistakes.md).
 """
 
 
@@ -94,7 +96,7 @@ def run(task):
         control["saturation"] = "robot"
     content = dict(scenario.to_dict(), fidelity=fidelity, limits=limits, control=control)
     if rate is not None:
-        content.pop("step")
+        content.pop("step", None)
     if fidelity == "point_mass":  # which has no wheels
         content["odometry"] = "world"
     try:
@@ -144,25 +146,26 @@ def main():
         names = [name for name in names if name not in ARMED]
     cases = DYNAMIC_CASES if arguments.dynamic else CASES
     tasks = [(paths[name],) + case[1:] for name in names for case in cases]
-    print(DYNAMIC_HEADER if arguments.dynamic else HEADER)
+    print((DYNAMIC_HEADER if arguments.dynamic else HEADER).rstrip())
     with concurrent.futures.ProcessPoolExecutor() as pool:
         print_table(names, cases, pool.map(run, tasks))
 
 
 def print_table(names, cases, verdicts):
-    """Print the rows of the scenarios ``names``, as the ``verdicts`` of their ``cases`` come."""
-    print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in cases)))
-    print("|---|---|---|" + "---|" * len(cases))
+    """Print a section for each of the scenarios ``names``, as the ``verdicts`` of their ``cases`` come."""
     for name in names:
+        print("\n## {}\n".format(name))
+        print("| claim | predicted | {} |".format(" | ".join(case[0] for case in cases)))
+        print("|---|---|" + "---|" * len(cases))
         found = list(itertools.islice(verdicts, len(cases)))
-        print_scenario(name, found)
+        print_scenario(found)
         sys.stdout.flush()
         for verdict in found:
             if "error" in verdict:
                 print("not run: {}".format(verdict["error"]), file=sys.stderr)
 
 
-def print_scenario(name, verdicts):
+def print_scenario(verdicts):
     """Print the rows of one scenario."""
     by_case = [{check["name"]: check for check in verdict["checks"]} for verdict in verdicts]
     claims = []
@@ -174,7 +177,7 @@ def print_scenario(name, verdicts):
         predicted = next(checks[claim]["predicted"] for checks in by_case if claim in checks)
         shown = "{:.4g}".format(predicted) if isinstance(predicted, float) else predicted
         cells = " | ".join(cell(checks.get(claim)) for checks in by_case)
-        print("| {} | {} | {} | {} |".format(name, claim.replace("|", "\\|"), shown, cells))
+        print("| {} | {} | {} |".format(claim.replace("|", "\\|"), shown, cells))
 
 
 if __name__ == "__main__":

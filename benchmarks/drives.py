@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""On which drives the shipped protocols run, and how far from theory: a table of docs/protocols.md.
+"""On which drives the shipped protocols run, and how far from theory: a table of docs/shipped_protocols.md.
 
     python3 benchmarks/drives.py                      # all of them, written into the page
     python3 benchmarks/drives.py marching coverage    # these alone
@@ -26,7 +26,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.law.published_checks import ROBOTS
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-PAGE = os.path.join(ROOT, "docs", "protocols.md")
+PAGE = os.path.join(ROOT, "docs", "shipped_protocols.md")
 DURATION = 5.0  # [s]
 DRIVES = {
     "differential": "pioneer3dx",

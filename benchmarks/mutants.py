@@ -3,7 +3,7 @@
 
     python3 benchmarks/mutants.py             # all of them
     python3 benchmarks/mutants.py --fast      # the first of each group, as the tests do
-    python3 benchmarks/mutants.py --table     # all of them, as the table in docs/agreement.md
+    python3 benchmarks/mutants.py --table     # all of them, as the table in docs/mistakes.md
 
 Each mutant, of benchmarks/mutants.yaml, is an edit of the source, made in a process of its own as it
 imports the package; a short run of a shipped scenario must then fail.  The scenarios themselves must

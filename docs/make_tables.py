@@ -23,7 +23,11 @@ def tables():
     """Return the text of each table: ``{page: {name: text}}``."""
     nodes = {node: node_parameters.table(node) for node in node_parameters.NODES}
     protocols = {"protocols": make_protocols.overview()}
-    return {"nodes.md": nodes, "scenarios.md": {"keys": keys.table()}, "protocols.md": protocols}
+    return {
+        "nodes.md": nodes,
+        "scenarios.md": {"keys": keys.table()},
+        "shipped_protocols.md": protocols,
+    }
 
 
 def path_of(page):

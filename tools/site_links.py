@@ -1,4 +1,4 @@
-"""For the site: pages of protocols are listed, links out of docs/ become paths, roles plain code."""
+"""For the site: pages of protocols by family, links out of docs/ become paths, roles plain code."""
 
 import os
 import posixpath
@@ -6,13 +6,23 @@ import re
 
 LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)]+)\)")
 ROLE = re.compile(r":(?:meth|class|func|mod|attr):(?=<code>)")
+FAMILY = re.compile(r"^Law: `mrs_simulator/protocols/(\w+)/", re.M)
 
 
 def on_config(config, **_):
-    """Return ``config`` with the pages of all protocols in the navigation."""
+    """Return ``config`` with the pages of all protocols in the navigation, a section for each family."""
     (protocols,) = (each["Protocols"] for each in config["nav"] if "Protocols" in each)
-    pages = sorted(os.listdir(os.path.join(config["docs_dir"], "protocols")))
-    protocols += ["protocols/" + page for page in pages if page.endswith(".md")]
+    families = {}
+    for page in sorted(os.listdir(os.path.join(config["docs_dir"], "protocols"))):
+        if page.endswith(".md"):
+            with open(
+                os.path.join(config["docs_dir"], "protocols", page), encoding="utf-8"
+            ) as file:
+                family = FAMILY.search(file.read()).group(1)
+            families.setdefault(family.replace("_", " ").capitalize(), []).append(
+                "protocols/" + page
+            )
+    protocols += [{family: pages} for family, pages in sorted(families.items())]
     return config
 
 

@@ -79,7 +79,7 @@ ROBOTS = "poses: [[0, 0, 0], [3, 0, 0]]\nduration: 0.1\n"
         (ROBOTS + "sensors: {sonnar: {}}", "sensors.md"),
         (ROBOTS + "model: pioner3dx", "kinds.md"),
         (ROBOTS + "model: cart.yaml", "robots_of_your_own.md#from-dimensions"),
-        (ROBOTS + "control: {safety: {areena: 1}}", "protocols.md#safety-filter"),
+        (ROBOTS + "control: {safety: {areena: 1}}", "safety_filter.md#safety-filter"),
         (ROBOTS + "control: {protocol: concensus}", "protocols.md#where-a-protocol-is-named"),
         (ROBOTS + "control: {parameters: {kk: 1}}", "protocols.md#parameters-and-topology"),
         (ROBOTS + "control: {protocol: law.py}", "protocols.md#where-a-protocol-is-named"),
@@ -104,11 +104,11 @@ TABLES = "scenarios.md#tables-for-papers-and-other-programs"
         ("experiment paper.yaml --out OUT --width 1km", "figures.md"),
         ("experiment paper.yaml --out OUT --video run.avi", "figures.md"),
         ("experiment paper.yaml --out OUT --table xls", TABLES),
-        ("sweep paper.yaml --out OUT seed", "protocols.md#sweeps"),
+        ("sweep paper.yaml --out OUT seed", "sweeps.md#sweeps"),
         ("report OUT/lab.csv --out OUT", "scenarios.md#columns-of-runcsv"),
         ("view OUT/lab.csv", "scenarios.md#columns-of-runcsv"),
-        ("noise_gain paper.yaml --out OUT", "protocols.md#noise"),
-        ("lossy_edges paper.yaml --out OUT", "protocols.md#edges-with-faults"),
+        ("noise_gain paper.yaml --out OUT", "edges.md#noise"),
+        ("lossy_edges paper.yaml --out OUT", "edges.md#edges-with-faults"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_command_is_said_with_its_page(command, wanted, tmp_path, capsys):

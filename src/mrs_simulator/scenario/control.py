@@ -28,7 +28,7 @@ CONTROL = (
     Field(
         "protocol",
         "formation",
-        meaning="a [shipped protocol](protocols.md#shipped-protocols), or "
+        meaning="a [shipped protocol](shipped_protocols.md#shipped-protocols), or "
         "[one of your own](protocols.md#where-a-protocol-is-named)",
     ),
     Field("rate", 50.0, "Hz", low=RATES[0], high=RATES[1], meaning="commands per second"),
@@ -44,14 +44,14 @@ CONTROL = (
         "robot",
         choices=SATURATIONS,
         meaning="what is scaled down where a command is beyond the limits: one `robot`, the whole `team`, "
-        "or `none` ([limits](protocols.md#the-papers-law))",
+        "or `none` ([limits](shipped_protocols.md#the-papers-law))",
     ),
     Field(
         "safety",
         False,
         read=read_safety,
         plain=lambda value, n: value.to_plain() if isinstance(value, Safety) else value,
-        meaning="the [safety filter](protocols.md#safety-filter): `true`: no two robots ever touch; "
+        meaning="the [safety filter](safety_filter.md#safety-filter): `true`: no two robots ever touch; "
         "`{obstacles: true, arena: [x_min, y_min, x_max, y_max], speed: 0.4}`: nor do they touch "
         "obstacles, and they stay inside the arena and below that speed; `sensed: sonar`: by what that "
         "sensor measures",

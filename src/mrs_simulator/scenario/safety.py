@@ -38,7 +38,7 @@ class Safety(record("Safety", SAFETY)):
         return written(self, SAFETY)
 
 
-@explained_by("docs/protocols.md#safety-filter")
+@explained_by("docs/safety_filter.md#safety-filter")
 def read_safety(section, others):
     """Return ``safety`` of the ``section``: False, True, or a :class:`Safety`."""
     given = section.take("safety", False)

@@ -30,7 +30,7 @@ MEAN = "#0072b2"  # colour
 class LossyError(ValueError):
     """A scenario of which no mean square is known; the message says what was wanted."""
 
-    page = "docs/protocols.md#edges-with-faults"
+    page = "docs/edges.md#edges-with-faults"
 
 
 def lossy_study(scenario, seeds=SEEDS):

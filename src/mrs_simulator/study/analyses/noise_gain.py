@@ -36,7 +36,7 @@ DENSE = 101  # points of a curve of theory
 class NoiseError(ValueError):
     """A scenario whose noise gain is not known; the message says what was wanted."""
 
-    page = "docs/protocols.md#noise"
+    page = "docs/edges.md#noise"
 
 
 class Point(NamedTuple):

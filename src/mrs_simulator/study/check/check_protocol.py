@@ -166,7 +166,7 @@ class Report(NamedTuple):
         return report_text(self)
 
 
-@explained_by("docs/protocols.md#would-a-wrong-law-fail")
+@explained_by("docs/claims.md#would-a-wrong-law-fail")
 def check_protocol(
     protocol,
     graphs=GRAPHS,

@@ -13,7 +13,7 @@ WORKER_LIMIT = 60.0  # [s] of wall time for which a cluster may be without worke
 class SweepError(ValueError):
     """A sweep that cannot be made; the message names the axis, or the scheduler."""
 
-    page = "docs/protocols.md#sweeps"
+    page = "docs/sweeps.md#sweeps"
 
 
 def failed(reason):

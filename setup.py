@@ -7,7 +7,7 @@ from setuptools import find_packages, setup
 from setuptools.command.build_py import build_py
 
 ROOT = os.path.dirname(os.path.abspath(__file__))
-SCENARIOS = "scenarios"
+SCENARIOS, DOCS = "scenarios", "docs"
 
 
 def version():
@@ -19,10 +19,10 @@ def version():
 
 
 class BuildWithScenarios(build_py):
-    """Puts the shipped scenarios, which lie beside ``src``, into the installed package."""
+    """Puts scenarios and pages, which lie beside ``src``, into the installed package."""
 
     def run(self):
-        """Build the package, then copy the scenarios; an editable install finds them where they are."""
+        """Build the package, then copy both; an editable install finds them where they are."""
         if getattr(self, "editable_mode", False):
             super().run()
             return
@@ -34,6 +34,16 @@ class BuildWithScenarios(build_py):
         for name in sorted(os.listdir(os.path.join(ROOT, SCENARIOS))):
             if name.endswith(".yaml"):
                 shutil.copyfile(os.path.join(ROOT, SCENARIOS, name), os.path.join(target, name))
+        self._copy_pages(os.path.join(self.build_lib, "mrs_simulator", DOCS))
+
+    def _copy_pages(self, target):
+        """Copy the pages that errors name, without their pictures."""
+        for folder in (DOCS, os.path.join(DOCS, "protocols")):
+            there = os.path.join(target, os.path.relpath(folder, DOCS))
+            os.makedirs(there, exist_ok=True)
+            for name in sorted(os.listdir(os.path.join(ROOT, folder))):
+                if name.endswith(".md"):
+                    shutil.copyfile(os.path.join(ROOT, folder, name), os.path.join(there, name))
 
 
 setup(

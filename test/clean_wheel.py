@@ -82,8 +82,8 @@ class CleanEnvironment:
         os.mkdir(sources)
         for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
             shutil.copy(os.path.join(ROOT, name), sources)
-        for name in ("src", "scenarios"):
-            ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+        for name in ("src", "scenarios", "docs"):
+            ignored = shutil.ignore_patterns("__pycache__", "*.egg-info", "images")
             shutil.copytree(os.path.join(ROOT, name), os.path.join(sources, name), ignore=ignored)
         self.pip("wheel", "--no-deps", "--no-build-isolation", "-w", target, sources)
         (name,) = os.listdir(target)

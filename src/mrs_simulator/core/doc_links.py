@@ -6,8 +6,10 @@ that leave a function.
 
 import contextlib
 
-OF_FAILED = "docs/verdict.md"
-OF_NOT_JUDGED = "docs/verdict.md#why-a-claim-is-not-judged"
+from mrs_simulator.core.manual import reference
+
+OF_FAILED = reference("docs/verdict.md")
+OF_NOT_JUDGED = reference("docs/verdict.md#why-a-claim-is-not-judged")
 
 
 @contextlib.contextmanager
@@ -41,7 +43,7 @@ def page_of(error):
 def with_page(error):
     """Return what ``error`` says, with the page that explains it where there is one."""
     page = page_of(error)
-    return "{} (see {})".format(words(error), page) if page else words(error)
+    return "{} (see {})".format(words(error), reference(page)) if page else words(error)
 
 
 def words(error):

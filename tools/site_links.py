@@ -1,12 +1,18 @@
-"""For the site: pages of protocols by family, links out of docs/ become paths, roles plain code."""
+"""For the site: protocols by family, formulas, links out of docs/ become paths, roles plain code."""
 
 import os
 import posixpath
 import re
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import site_math
 
 LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)]+)\)")
 ROLE = re.compile(r":(?:meth|class|func|mod|attr):(?=<code>)")
 FAMILY = re.compile(r"^Law: `mrs_simulator/protocols/(\w+)/", re.M)
+DISPLAYED = {"protocols.md", "safety.md", "safety_filter.md", "tutorial.md", "verdict_numbers.md"}
+PARAMETERS = '<h2 id="parameters">'  # from where on code is values, on a protocol's page
 
 
 def on_config(config, **_):
@@ -34,9 +40,17 @@ def on_page_markdown(markdown, page, **_):
         target = posixpath.normpath(posixpath.join(directory, found.group(2)))
         return "`{}`".format(target[3:]) if target.startswith("../") else found.group(0)
 
+    if page.file.src_uri == "shipped_protocols.md":
+        page.meta["hide"] = ["toc"]  # its tables take the room
+    if page.file.src_uri in DISPLAYED:
+        markdown = site_math.displayed(markdown)
     return LINK.sub(outward, markdown)
 
 
-def on_page_content(html, **_):
-    """Return ``html`` without the names of roles, which Markdown does not know."""
+def on_page_content(html, page, **_):
+    """Return ``html`` with laws typeset, without the names of roles, which Markdown does not know."""
+    name = page.file.src_uri
+    if name.startswith("protocols/") or name == "shipped_protocols.md":
+        law, mark, rest = html.partition(PARAMETERS)
+        html = site_math.typeset(law) + mark + rest
     return ROLE.sub("", html)

@@ -161,6 +161,19 @@ def overview():
     return "\n".join(rows)
 
 
+def pictures(across=3):
+    """Return a table with the picture of every protocol, ``across`` in a row."""
+    cells = [
+        "[![{0}](images/protocols/{0}.png)](protocols/{0}.md) [`{0}`](protocols/{0}.md)".format(
+            each
+        )
+        for each in sorted(HOMES)
+    ]
+    rows = [cells[at : at + across] for at in range(0, len(cells), across)]
+    head = "| " + " | ".join([" "] * across) + " |\n" + "|---" * across + "|"
+    return "\n".join([head, *("| " + " | ".join(row) + " |" for row in rows)])
+
+
 @functools.lru_cache(maxsize=None)
 def shipped_runs():
     """Return ``(name, protocol, title)`` of each shipped scenario."""

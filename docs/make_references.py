@@ -14,11 +14,15 @@ from mrs_simulator.core.writing import write_text
 DOCS = os.path.dirname(os.path.abspath(__file__))
 BIBLIOGRAPHY = os.path.join(os.path.dirname(DOCS), "paper", "paper.bib")
 FIELD = re.compile(r"(\w+) = \{((?:[^{}]|\{[^{}]*\})*)\}")
-HEAD = """# References
+HEAD = """# References and how to cite
+
+## How to cite
 
 To cite this package: `CITATION.cff` in the repository, or as a software entry for BibTeX on its first
 page. Name the version, and the seed and `provenance.json` of your runs: whoever has both
 [gets the same bytes](figures.md#a-figure-that-knows-how-it-was-made).
+
+## References
 
 The laws, the theory of requirements, and the simulators that stand [beside this one](comparison.md),
 by year; for BibTeX: `paper/paper.bib`.

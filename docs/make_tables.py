@@ -22,11 +22,11 @@ BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
 def tables():
     """Return the text of each table: ``{page: {name: text}}``."""
     nodes = {node: node_parameters.table(node) for node in node_parameters.NODES}
-    protocols = {"protocols": make_protocols.overview()}
     return {
         "nodes.md": nodes,
         "scenarios.md": {"keys": keys.table()},
-        "shipped_protocols.md": protocols,
+        "shipped_protocols.md": {"protocols": make_protocols.overview()},
+        "gallery.md": {"pictures": make_protocols.pictures()},
     }
 
 

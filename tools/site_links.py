@@ -8,10 +8,17 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import site_math
 
+EXAMPLES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "examples")
 LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)]+)\)")
 ROLE = re.compile(r":(?:meth|class|func|mod|attr):(?=<code>)")
 FAMILY = re.compile(r"^Law: `mrs_simulator/protocols/(\w+)/", re.M)
 DISPLAYED = {"protocols.md", "safety.md", "safety_filter.md", "tutorial.md", "verdict_numbers.md"}
+WITHOUT_SEARCH = {
+    "agreement.md",
+    "agreement_dynamic.md",
+    "mistakes.md",
+}  # tables that would fill it
+CODE = re.compile(r"^<!-- code (\w+) -->$", re.M)  # where an example's file belongs
 PARAMETERS = '<h2 id="parameters">'  # from where on code is values, on a protocol's page
 
 
@@ -42,9 +49,20 @@ def on_page_markdown(markdown, page, **_):
 
     if page.file.src_uri == "shipped_protocols.md":
         page.meta["hide"] = ["toc"]  # its tables take the room
+    if page.file.src_uri in WITHOUT_SEARCH:
+        page.meta["search"] = {"exclude": True}
+    markdown = CODE.sub(_code, markdown)
     if page.file.src_uri in DISPLAYED:
         markdown = site_math.displayed(markdown)
     return LINK.sub(outward, markdown)
+
+
+def _code(found):
+    """Return the file of an example, to be unfolded."""
+    path = os.path.join(EXAMPLES, found.group(1) + ".py")
+    with open(path, encoding="utf-8") as file:
+        lines = "```python\n{}```".format(file.read()).split("\n")
+    return '\n??? example "The whole file"\n' + "\n".join("    " + line for line in lines) + "\n"
 
 
 def on_page_content(html, page, **_):

@@ -58,6 +58,7 @@ def test_links_of_every_page_lead_somewhere(name):
 
 sys.path.insert(0, DOCS)
 try:
+    import make_examples
     import make_protocols as maker
     import make_references
 finally:
@@ -72,6 +73,13 @@ def test_each_protocol_has_a_page_made_from_its_docstring(name):
     assert maker.page(name, verdict) == text
     assert ": PASSED" in verdict or name == "reynolds"
     assert 2000 < os.path.getsize(maker.picture_path(name)) < 60000
+
+
+def test_the_examples_page_is_made_from_the_examples():
+    """Else: python3 docs/make_examples.py"""
+    assert make_examples.page(make_examples.results()) == page("examples.md")
+    for name in make_examples.ORDER:
+        assert 2000 < os.path.getsize(make_examples.picture_path(name)) < 60000
 
 
 def test_references_are_made_from_the_bibliography():

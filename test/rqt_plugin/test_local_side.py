@@ -4,11 +4,15 @@ import os
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
+from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
+from mrs_simulator.rqt_plugin.run.recorded_run import UNANSWERED
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.run.experiment import run_experiment
 
@@ -50,6 +54,14 @@ def begin():
     click("control")
     until(gui.study.is_controlled)
 
+def save(directory):
+    results = []
+    take = connection.take_results
+    connection.take_results = lambda: results.extend(take()) or results[len(results):]
+    gui.study.files.save(gui.history, directory)
+    until(lambda: any(name == "save" for name, _, _ in results))
+    connection.take_results = take
+
 def end():
     gui.close_study()
     gui.study.processes.wait_closed()
@@ -74,18 +86,25 @@ def in_window(code, path, tmp_path, *arguments):
     return output
 
 
+def kept_run(home):
+    (path,) = home.glob("mrs_runs/unsaved/*/run.csv")
+    return read_run_csv(str(path))
+
+
+def read(path):
+    return yaml.safe_load(path.read_text())
+
+
 def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     code = """
+    from mrs_simulator.rqt_plugin.run import history
+    history.MOST_VALUES = history.FEWEST_SAMPLES = 10  # the window holds few of the samples
     gui.bar.set_speed(0)
     begin()
     until(lambda: connection.newest("stage").paused)  # the duration is over
-    until(lambda: len(gui.history.time) and gui.history.time[-1] >= 4.0 - 1e-9)
-    results = []
-    take = connection.take_results
-    connection.take_results = lambda: results.extend(take()) or results[len(results):]
-    gui.study.files.save(gui.history, sys.argv[2])
-    until(lambda: any(name == "save" for name, _, _ in results))
-    print(results)
+    until(lambda: len(gui.history.time))
+    save(sys.argv[2])
+    assert gui.history._stride > 1
     assert not gui.bar.button("preflight").isVisible() and gui.bar.button("control").isVisible()
     print(gui.status["master"].text())
     """
@@ -96,6 +115,11 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     run_experiment(scenario, str(tmp_path / "alone"), formats=())
     alone, window = (tmp_path / out / "run.csv" for out in ("alone", "window"))
     assert alone.read_bytes() == window.read_bytes()
+    for name in ("scenario.yaml", "run.json", "verdict.json"):
+        alone, window = (read(tmp_path / out / name) for out in ("alone", "window"))
+        assert alone.pop("real_time_factor", None) is not None or name == "scenario.yaml"
+        window.pop("real_time_factor", None)
+        assert alone == window
     assert (tmp_path / "window" / "trajectories.pdf").exists()
     assert "without ROS: real robots and bags need mrs_gui" in output
 
@@ -110,9 +134,15 @@ def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):
             from mrs_simulator.control.pioneer_control import PioneerControl
 
             class Hangs(PioneerControl):
+                calls = -np.inf  # theory asks, too, before the run
+
+                def start(self):
+                    super().start()
+                    self.calls = 0
+
                 def pointMassLaw(self, p):
-                    self.calls = getattr(self, "calls", 0) + 1
-                    while self.calls > 5:
+                    self.calls += 1
+                    while self.calls > 25:  # five in each sample
                         pass
                     return np.zeros_like(p)
             """
@@ -132,8 +162,72 @@ def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):
     gui.say(gui.study.do("kill"))
     until(lambda: not gui.study.processes.is_running("stage"))
     until(lambda: gui.bar.button("simulate").isEnabled())
+    gui.study.files.keep(gui.history)
     """
     assert "has not answered" in in_window(code, path, tmp_path)
+    run = kept_run(tmp_path)
+    assert len(run.time) == 5  # each sample before the call that hangs
+    assert run.meta["ended"] == UNANSWERED
+
+
+def test_a_law_that_ends_its_process_is_reported_and_its_run_is_kept(tmp_path):
+    law = tmp_path / "ends.py"
+    law.write_text(
+        textwrap.dedent(
+            """
+            import os
+            import numpy as np
+            from mrs_simulator.control.pioneer_control import PioneerControl
+
+            class Ends(PioneerControl):
+                calls = -np.inf
+
+                def start(self):
+                    self.calls = 0
+
+                def pointMassLaw(self, p):
+                    self.calls += 1
+                    if self.calls > 25:
+                        os._exit(3)
+                    return np.zeros_like(p)
+            """
+        )
+    )
+    content = {"poses": [[0, 0, 0], [2, 0, 0]], "control": {"protocol": str(law)}}
+    path = tmp_path / "ends.yaml"
+    path.write_text(scenario_from_dict(content, "test").to_yaml())
+    code = """
+    click("simulate")
+    click("control")
+    until(lambda: "ended with 3" in gui.messages.toPlainText())
+    until(lambda: gui.bar.button("simulate").isEnabled())
+    gui.study.files.keep(gui.history)
+    """
+    in_window(code, path, tmp_path)
+    assert len(kept_run(tmp_path).time) == 5
+
+
+def command(prelude, *arguments):
+    """Return the exit code and output of the command ``gui`` in a program that begins with ``prelude``."""
+    code = (
+        prelude
+        + "\nfrom mrs_simulator.rqt_plugin.local_side.command import main\nmain(sys.argv[1:])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", "import sys\n" + code, *arguments],
+        timeout=60,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    return done.returncode, done.stdout.decode()
+
+
+def test_without_qt_one_line_says_what_to_install():
+    prelude = "sys.modules.update(dict.fromkeys(('PyQt5', 'python_qt_binding')))"
+    code, output = command(prelude)
+    assert code == 2 and output.count("\n") == 1 and "pip install PyQt5" in output
+    code, output = command(prelude, "--help")
+    assert code == 0 and "SCENARIO" in output.upper()
 
 
 # The engine --------------------------------------------------------------------------------------
@@ -186,10 +280,10 @@ def path(tmp_path):
 def played(path, *requests):
     """Return the ``Script`` of an engine asked ``requests``, ``(samples before, name, arguments)``."""
     script = Script(*requests, (0, "pause", (True,)))
-    engine = Engine(script, load_scenario(path), 0.0)
+    engine = Engine(script, load_scenario(path), 0.0, os.path.dirname(path))
     with pytest.raises(Over):
         engine.spin()
-    engine.world.close()
+    engine.close()
     return script
 
 
@@ -263,18 +357,20 @@ def test_parameters_and_graph_are_set_in_the_run_and_published(path):
     assert results["set_topology"][0], results
 
 
-def test_a_law_that_raises_ends_nothing_and_is_reported(path, tmp_path):
+@pytest.mark.parametrize("statement", ['raise ValueError("of its own")', 'sys.exit("of its own")'])
+def test_a_law_that_raises_ends_nothing_and_is_reported(path, tmp_path, statement):
     law = tmp_path / "raises.py"
     law.write_text(
         textwrap.dedent(
             """
+            import sys
             from mrs_simulator.control.pioneer_control import PioneerControl
 
             class Raises(PioneerControl):
                 def pointMassLaw(self, p):
-                    raise ValueError("of its own")
+                    STATEMENT
             """
-        )
+        ).replace("STATEMENT", statement)
     )
     text = load_scenario(path).with_protocol(str(law)).to_yaml()
     other = tmp_path / "other.yaml"
@@ -282,6 +378,30 @@ def test_a_law_that_raises_ends_nothing_and_is_reported(path, tmp_path):
     script = played(path, (0, "control", (str(other),)), (3, "reset", ()))
     engine_says = [control.trouble for control in script.all("control")]
     assert any("the law failed" in trouble and "of its own" in trouble for trouble in engine_says)
+
+
+def test_a_team_driven_apart_ends_its_run_as_without_a_window(path, tmp_path, monkeypatch):
+    monkeypatch.setattr("mrs_simulator.study.run.experiment.FARTHEST", 1.0)
+    script = played(path, (0, "control", (path,)), (3, "reset", ()))
+    assert any("driven apart" in control.trouble for control in script.all("control"))
+    (name,) = [name for name in script.all("run") if name]
+    assert "driven apart" in read(Path(name) / "run.json")["ended"]
+
+
+def test_a_run_that_is_changed_stopped_and_gone_beyond_says_so(path, tmp_path):
+    parameters = dict(load_scenario(path).control.parameters, k=0.5)
+    script = played(
+        path,
+        (0, "control", (path,)),
+        (5, "set_parameters", (parameters,)),
+        (5, "stop", ()),
+    )
+    (directory,) = script.all("run")
+    facts = read(Path(directory) / "run.json")
+    assert [change[1] for change in facts["changes"]] == ["control"]
+    assert any("was stopped" in warning for warning in facts["warnings"])
+    run = read_run_csv(os.path.join(directory, "run.csv"))
+    assert run.time[-1] == read(Path(directory) / "scenario.yaml")["duration"]
 
 
 def test_after_the_duration_time_waits(path, tmp_path):

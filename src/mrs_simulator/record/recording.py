@@ -250,6 +250,13 @@ class Recorder:
         self._warnings.append(text)
         self._warn(text)
 
+    def flush(self):
+        """Write all samples so far to the file, as far as its disk has room."""
+        if self._stamps:
+            self._write_waiting()
+        self._file.flush()
+        self._note()
+
     def warnings(self):
         """Return warnings about the file, a list of texts."""
         lost = self._file.lost

@@ -70,7 +70,10 @@ class Connection(abc.ABC):
 
     @abc.abstractmethod
     def take_samples(self):
-        """Return the ``StateTable``s for the curves, None where a run begins."""
+        """Return the ``StateTable``s for the curves.
+
+        Where a run begins there is the directory to which a program records it, None where none does.
+        """
 
     @abc.abstractmethod
     def take_collisions(self):
@@ -137,6 +140,13 @@ class Connection(abc.ABC):
     @abc.abstractmethod
     def watch_diagnostics(self, wanted):
         """Receive diagnostics from now on, or no longer."""
+
+    def finish_record(self, directory):
+        """Have the run in ``directory`` recorded up to now; return ``{name: size [bytes]}`` of its files.
+
+        None where the program that records it does not answer.  Not in the GUI's thread.
+        """
+        return None
 
     @abc.abstractmethod
     def set_starts(self, poses, in_space=False):

@@ -9,7 +9,6 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.programs import BAD_INPUT, refusing_bad_input
 
 PAPER = "paper.yaml"  # what is opened first
-NO_QT = "{}: no PyQt5 ({}): wanted pip install 'mrs_simulator[gui]', or python3-pyqt5 of the system"
 
 
 def main(argv=None):
@@ -33,7 +32,7 @@ def main(argv=None):
             run_window,
         )
     except ImportError as error:
-        print(NO_QT.format(parser.prog, error), file=sys.stderr)
+        print("{}: {}".format(parser.prog, error), file=sys.stderr)
         sys.exit(BAD_INPUT)
     from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
     from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses

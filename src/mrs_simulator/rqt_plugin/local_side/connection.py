@@ -2,9 +2,11 @@
 
 import contextlib
 import os
+import queue
 import shutil
 import tempfile
 import threading
+import uuid
 from collections import deque
 from multiprocessing.connection import Listener
 
@@ -14,6 +16,7 @@ from mrs_simulator.rqt_plugin.received import Received
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
 
 NO_ROS = "without ROS: real robots and bags need mrs_gui, or rqt"
+PATIENCE = 10.0  # [s] of wall time that the simulation has to finish a run's files
 SEEN = "in this window"  # where readings come from
 
 
@@ -31,9 +34,10 @@ class LocalConnection(Received, Connection):
         self._ended = deque()  # what is said of controllers that ended
         self._wanted, self._readings = {}, (0.0, {})
         self._engine, self._sending = None, threading.Lock()
-        self._directory = tempfile.mkdtemp(prefix="mrs_simulator_link_")  # its user's alone
+        self._awaited = {}  # queues of one answer each, by tokens
+        self.directory = tempfile.mkdtemp(prefix="mrs_simulator_link_")  # its user's alone
         windows = os.name == "nt"
-        self._listener = Listener(None if windows else os.path.join(self._directory, "engine"))
+        self._listener = Listener(None if windows else os.path.join(self.directory, "engine"))
         threading.Thread(target=self._receive, daemon=True).start()
 
     @property
@@ -50,6 +54,15 @@ class LocalConnection(Received, Connection):
                 with contextlib.suppress(EOFError, OSError):
                     while True:
                         self._take(*engine.recv())
+                self._give_up(engine)
+
+    def _give_up(self, engine):
+        """Have nobody wait for answers of an ``engine`` that has ended."""
+        with self._sending:
+            self._engine = None if self._engine is engine else self._engine
+            awaited, self._awaited = self._awaited, {}
+        for answer in awaited.values():
+            answer.put(None)
 
     def _take(self, name, value):
         with self._lock:
@@ -61,7 +74,11 @@ class LocalConnection(Received, Connection):
                     if estimate is not None:
                         self._estimates.append((state.time, state.robots, estimate))
             elif name == "run":
-                self._samples.append(None)
+                self._samples.append(value)
+            elif name == "written":
+                token, sizes = value
+                if token in self._awaited:
+                    self._awaited.pop(token).put(sizes)
             elif name == "readings":
                 self._readings = value
             elif name in self._queues():
@@ -143,6 +160,18 @@ class LocalConnection(Received, Connection):
         except OSError as error:  # it has ended
             self._results.append((name, False, str(error)))
 
+    def finish_record(self, directory):
+        answer, token = queue.Queue(), uuid.uuid4().hex
+        try:
+            with self._sending:
+                if self._engine is None:
+                    return None
+                self._awaited[token] = answer
+                self._engine.send(("write", (token, directory)))
+            return answer.get(timeout=PATIENCE)
+        except (OSError, queue.Empty):
+            return None
+
     def set_team(self, poses, kinds, altitude=None):
         self.ask("set_team", poses, tuple(kinds), altitude)
 
@@ -195,7 +224,7 @@ class LocalConnection(Received, Connection):
 
     def close(self):
         self._listener.close()
-        shutil.rmtree(self._directory, ignore_errors=True)
+        shutil.rmtree(self.directory, ignore_errors=True)
 
     # The check of real robots --------------------------------------------------------------------
 

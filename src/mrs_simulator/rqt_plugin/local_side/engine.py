@@ -3,7 +3,9 @@
 It sends what happens as ``(name, value)``, and is sent requests as ``(name, arguments)``.
 """
 
+import contextlib
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -16,6 +18,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.record.controller_log import LAW_FAILED, deadlock_text, failure
 from mrs_simulator.record.run_changes import controller_settings
+from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord, sizes
 from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.run.stage_run import OF_THE_STAGE
 from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY, RELEASED
@@ -24,6 +27,7 @@ from mrs_simulator.state.status import Controller, Stage
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles.portable import portable
+from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.world.world import World
 
 STOPPED = "stopped by request"
@@ -69,7 +73,9 @@ class Link:
 class Engine:
     """A world, and once a controller was started the ``Experiment`` that it is of."""
 
-    def __init__(self, link, scenario, speed):
+    def __init__(self, link, scenario, speed, directory):
+        """``speed``: 0 for as fast as possible; ``directory``: of the runs' files."""
+        self._directory, self._record = directory, None  # the ``RunRecord`` of the experiment
         self._link, self._pacer, self._paused = link, Pacer(speed), False
         self._staged = scenario  # of the world as it begins
         self._world, self._experiment = World.from_scenario(scenario), None
@@ -107,6 +113,8 @@ class Engine:
         try:
             experiment.begin()
             is_sample = experiment.go_on(self._running)
+            if is_sample:
+                self._record.sample()
         except LawFailed as error:
             self._fail(error)
             is_sample = True
@@ -123,10 +131,16 @@ class Engine:
         traceback.print_exception(type(error), error, error.__traceback__)
         said = failure(raised(cause)) if cause is not None else "{}: {}".format(LAW_FAILED, error)
         self._running, self._trouble = False, said
+        self._record.fail(error)
 
     def _open(self, scenario, running):
         """Make the experiment of ``scenario`` in place of what there was."""
         experiment = Experiment(scenario)
+        experiment.warnings += meetings_ahead(experiment.control, experiment.scenario)
+        directory = tempfile.mkdtemp(prefix="run_", dir=self._directory)
+        record = RunRecord(experiment, directory)
+        self._end_run()
+        self._record = record
         self.world.close()
         self._experiment, self._ran = experiment, experiment.scenario
         self._paused = self._paused and not self._is_over
@@ -134,8 +148,18 @@ class Engine:
         self._running, self._trouble = running, "" if running else STOPPED
         self._watch(self._watched)
         self._pacer.resume()
-        self._link.send("run")
+        self._link.send("run", directory)
         self._publish_settings()
+
+    def close(self):
+        """Finish the files of the run, and free what the world holds."""
+        self._end_run()
+        self.world.close()
+
+    def _end_run(self):
+        if self._record is not None:
+            record, self._record = self._record, None
+            record.close()
 
     def _placed(self, scenario):
         """Return ``scenario`` with robots where they are now, as they began if they never moved."""
@@ -165,7 +189,7 @@ class Engine:
                 success, said = False, reason(raised(error))
             if name == "control" and not success:
                 self._link.send("control_ended", said)
-            elif name not in ("watch", "control"):
+            elif name not in ("watch", "control", "write"):
                 self._answer(name, success, said)
 
     def _answer(self, name, success, said):
@@ -183,6 +207,7 @@ class Engine:
     def _on_end_control(self):
         self._on_stop()
         if self._experiment is not None:  # the robots stay where they are
+            self._end_run()
             self._staged = self._placed(self._staged)
             self._experiment.world.close()
             self._world, self._experiment = World.from_scenario(self._staged), None
@@ -200,6 +225,7 @@ class Engine:
         if self._experiment is not None and self._running:
             self._experiment.halt()
             self._running, self._trouble = False, STOPPED
+            self._record.note_stop(STOPPED)
         return "stopped"
 
     def _on_emergency(self, on):
@@ -240,7 +266,7 @@ class Engine:
     def _begin_anew(self, staged):
         """Simulate the team of ``staged`` from its beginning; a controller of as many robots stands by."""
         world = World.from_scenario(staged)
-        self.world.close()
+        self.close()
         self._world, self._experiment, self._staged = world, None, staged
         self._running, self._paused = False, False
         self._link.send("run")
@@ -268,6 +294,16 @@ class Engine:
         if self._experiment is None:
             raise ValueError(NO_CONTROLLER)
         return self._experiment.control
+
+    def _on_write(self, token, directory):
+        """Bring the files of the run in ``directory`` up to date; answer ``token`` with their sizes."""
+        found = None
+        try:
+            record = self._record
+            is_current = record is not None and record.directory == directory
+            found = record.write() if is_current else sizes(directory)
+        finally:
+            self._link.send("written", (token, found))
 
     def _on_watch(self, wanted):
         self._watch(wanted)
@@ -366,22 +402,23 @@ class Engine:
         self._link.send("scenario", portable(self._staged)[0].to_yaml())
 
     def _publish_settings(self):
-        self._link.send("applied", (self.world.time, controller_settings(self._ran)))
+        settings = controller_settings(self._ran)
+        self._record.note_settings(settings)
+        self._link.send("applied", (self.world.time, settings))
 
 
 def main():
-    """Run the engine of the GUI that listens at an address; arguments: address, scenario, speed."""
-    address, path, speed = sys.argv[1:4]
+    """Run the engine of a GUI; arguments: its address, scenario, speed, and where runs are recorded."""
+    address, path, speed, directory = sys.argv[1:5]
     with refusing_bad_input("simulation"):
-        engine = Engine(Link(address), load_scenario(path), float(speed))
+        engine = Engine(Link(address), load_scenario(path), float(speed), directory)
     try:
         engine.spin()
-    except (
-        EOFError,
-        ConnectionError,
-        KeyboardInterrupt,
-    ):  # the GUI has ended, or ends this program
-        return
+    except (EOFError, ConnectionError, KeyboardInterrupt):
+        pass  # the GUI has ended, or ends this program
+    finally:
+        with contextlib.suppress(OSError):  # of a directory that the GUI has removed
+            engine.close()
 
 
 if __name__ == "__main__":

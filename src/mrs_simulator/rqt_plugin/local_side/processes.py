@@ -24,7 +24,9 @@ class LocalProcesses(Processes):
             self._controlled = True
             return
         speed = next(each[8:] for each in given if each.startswith("_speed:="))
-        self.launch(name, [sys.executable, "-m", ENGINE, self._connection.address, path, speed])
+        connection = self._connection
+        arguments = [connection.address, path, speed, connection.directory]
+        self.launch(name, [sys.executable, "-m", ENGINE, *arguments])
 
     def command(self, script):
         """Return the words that run ``script`` of this package."""

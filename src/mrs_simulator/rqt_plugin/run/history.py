@@ -25,7 +25,15 @@ class History:
         self.before_clearing = lambda: None  # called before the samples are dropped
         self._filled, self._estimate_log = 0, EstimateLog()
         self.applied = ControllerRecord()  # by the controllers of this run
+        self.recorded = (
+            None  # the directory to which a program records the run, None where none does
+        )
         self.clear()
+
+    def begin_run(self, recorded):
+        """Clear everything for a run that is ``recorded`` to a directory, or None."""
+        self.clear()
+        self.recorded = recorded
 
     def clear(self):
         """Clear everything."""

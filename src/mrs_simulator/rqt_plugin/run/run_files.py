@@ -8,6 +8,7 @@ import time
 
 from mrs_simulator.record.run_changes import changed_by, to_plain
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
@@ -152,6 +153,8 @@ class RunFiles:
         It calls ``report``, if given, with the share that is written, after each hundredth.  ``ran``: what
         :meth:`ran` returned, if it is known.
         """
+        if history.recorded is not None:
+            return self._copying(history.frozen(0), directory)
         # The run begins with the first command, as it does for the recorder.
         run, lost = estimated(history.frozen(history.first_row()))
         scenario, facts = self.ran(history) if ran is None else ran
@@ -173,6 +176,15 @@ class RunFiles:
         if not history.real.issuperset(numbers):
             meta.update(scene_facts(scenario.obstacles, scene_time(when[0])))
         return lambda report=lambda share: None: write_run(run, scenario, directory, meta, report)
+
+    def _copying(self, run, directory):
+        """As :meth:`_writing`, of a ``History`` ``run`` that a program records."""
+
+        def copied(report=lambda share: None):
+            sizes = self._connection.finish_record(run.recorded)
+            return copy_recorded(run.recorded, directory, sizes, run, report)
+
+        return copied
 
     def _controller_facts(self, begin, end, history):
         """Return what is known of the run in ``history`` from ``begin`` to ``end`` [s]."""

@@ -9,6 +9,7 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.record.run_changes import changed_by, read_changes
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.law_answers import Prediction
 
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
@@ -56,8 +57,8 @@ class LiveRun:
     def take_samples(self):
         """Add the newest samples to the history; a new run begins it anew."""
         for snapshot in self._connection.take_samples():
-            if snapshot is None:  # a run begins
-                self._history.clear()
+            if not isinstance(snapshot, StateTable):  # a run begins
+                self._history.begin_run(snapshot)
                 self._study.missed.begin()
                 self._panels.map.clear_trails()
             else:

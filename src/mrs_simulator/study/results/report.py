@@ -59,11 +59,16 @@ def begin_run(scenario, out, robots=None, tell=None, layout=None, kept=0, memory
     path = os.path.join(out, RUN_FILE)
     options = {"layout": layout, "kept": kept, "memory": memory}
     recorder = Recorder(path, robots, scenario.hand_length, tell, **options)
+    remove_results(out)
+    write_scenario(scenario, out)
+    return recorder
+
+
+def remove_results(out):
+    """Remove what was made of an earlier run in the directory ``out``."""
     for name in os.listdir(out):
         if name in OF_RUNS or is_result(name) or name in VIDEOS:
             os.remove(os.path.join(out, name))
-    write_scenario(scenario, out)
-    return recorder
 
 
 def is_result(name):

@@ -120,7 +120,7 @@ class Experiment:
             return
         while self._step < steps:
             if self.go_on():
-                yield self._sample()
+                yield self.sample()
 
     def begin(self):
         """Let robots take off, and the law begin, before the first sample."""
@@ -204,8 +204,11 @@ class Experiment:
         """Return the step of the last sample, -1 before the first."""
         return self._step
 
-    def _sample(self):
-        """Return ``(time, pose, command)`` now."""
+    def sample(self):
+        """Return ``(time, pose, command)`` now, as :meth:`samples` does.
+
+        Raises ``LawFailed`` where the team is driven apart.
+        """
         world = self.world
         self._check_near(world)
         # Column by column, as they lie there: anything else takes ten times as long.
@@ -244,7 +247,7 @@ class Experiment:
         while True:
             if step % every == 0 and step > self._step:
                 self._step = step
-                yield self._sample()
+                yield self.sample()
             if step == steps:
                 return
             end = min(steps, step + every - step % every)
@@ -373,7 +376,7 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     started, ended = time.monotonic(), "complete"
     kept = {
         "layout": experiment.layout,
-        "kept": _samples_of(scenario),
+        "kept": samples_of(scenario),
         "memory": apart and apart.memory,
     }
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
@@ -399,24 +402,32 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
             if sensors is not None:
                 sensors.close()
     wall = time.monotonic() - started
-    deadlock = experiment.control.safety_deadlock
-    meta = {
-        "real_time_factor": experiment.world.time / wall,
+    meta = {"real_time_factor": experiment.world.time / wall}
+    meta.update(facts_of(experiment, recorder, sensors, ended))
+    experiment.world.close()
+    write_facts(recorder.path, experiment.collisions, meta)
+    return recorder.run(scenario), experiment.control
+
+
+def facts_of(experiment, recorder, sensors, ended):
+    """Return what ``run.json`` is to say of the run so far, by the names in ``FACTS``.
+
+    ``sensors``: the ``SensorFiles`` beside the ``recorder``, or None; ``ended``: "complete", or why not.
+    """
+    facts = {
         "closest_approach": experiment.world.contacts.closest,
         "warnings": experiment.warnings
         + recorder.warnings()
         + (sensors.warnings() if sensors is not None else []),
-        "deadlock": [list(each) for each in deadlock],
+        "deadlock": [list(each) for each in experiment.control.safety_deadlock],
         "ended": ended,
         "lockstep": True,
     }
     if experiment.incidents:
-        meta["incidents"] = experiment.incidents
+        facts["incidents"] = experiment.incidents
     if experiment.trace is not None:
-        meta["requirements"] = experiment.trace.results()
-    experiment.world.close()
-    write_facts(recorder.path, experiment.collisions, meta)
-    return recorder.run(scenario), experiment.control
+        facts["requirements"] = experiment.trace.results()
+    return facts
 
 
 def _tell(text):
@@ -428,10 +439,10 @@ def _with_progress(samples, scenario, wanted):
         return samples
     from tqdm import tqdm  # only a terminal needs it
 
-    total = _samples_of(scenario)
+    total = samples_of(scenario)
     return tqdm(samples, total=total, unit="sample", delay=PROGRESS_AFTER, leave=False)
 
 
-def _samples_of(scenario):
+def samples_of(scenario):
     """Return how many samples a complete run of ``scenario`` has."""
     return int(round(scenario.duration / scenario.step)) // scenario.steps_per_record + 1

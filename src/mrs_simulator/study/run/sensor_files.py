@@ -174,6 +174,11 @@ class SensorFiles:
         text = "{}: {} samples are missing: the disk was full"
         return [text.format(f.path, f.lost) for f in self._files.values() if f.lost]
 
+    def flush(self):
+        """Write what waits."""
+        for file in self._files.values():
+            file.flush()
+
     def close(self):
         """Write what waits and close the files."""
         for file in self._files.values():

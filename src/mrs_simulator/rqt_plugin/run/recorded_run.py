@@ -1,0 +1,40 @@
+"""A run's data where a program other than the GUI has recorded it; without Qt and ROS."""
+
+import os
+
+from mrs_simulator.core.writing import naming
+from mrs_simulator.record.recording import facts_path, write_facts
+from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE, is_result, remove_results
+
+UNANSWERED = "the simulation did not end in order: what it alone knew of the run is missing"
+BLOCK = 1 << 20  # [bytes] copied at once
+
+
+def copy_recorded(source, directory, sizes, history, report):
+    """Copy the data of the run in ``source`` to ``directory``; return the path of ``run.csv``.
+
+    ``sizes``: ``{name: bytes}`` of the files, of which no more is copied; None where the program that
+    records has not answered: ``run.json`` then says what the ``History`` ``history`` has, and that.
+    """
+    os.makedirs(directory, exist_ok=True)
+    remove_results(directory)
+    facts = os.path.basename(facts_path(RUN_FILE))
+    if sizes is None:
+        names = [n for n in os.listdir(source) if n in (RUN_FILE, SCENARIO_FILE) or is_result(n)]
+        sizes = {name: os.path.getsize(os.path.join(source, name)) for name in names}
+    for name, size in sorted(sizes.items()):
+        _copy(os.path.join(source, name), os.path.join(directory, name), size, report)
+    path = os.path.join(directory, RUN_FILE)
+    if facts not in sizes:
+        meta = {"lockstep": True, "ended": UNANSWERED, "warnings": [UNANSWERED]}
+        if history.incidents:
+            meta["incidents"] = list(history.incidents)
+        write_facts(path, history.collisions, meta)
+    return path
+
+
+def _copy(source, target, size, report):
+    with naming(target), open(source, "rb") as given, open(target, "wb") as made:
+        for begin in range(0, size, BLOCK):
+            made.write(given.read(min(BLOCK, size - begin)))
+            report(begin / size)

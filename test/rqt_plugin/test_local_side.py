@@ -14,7 +14,7 @@ from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
 from mrs_simulator.rqt_plugin.run.recorded_run import UNANSWERED
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
-from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.experiment import Experiment, run_experiment
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PAPER = os.path.join(ROOT, "scenarios", "paper_four.yaml")
@@ -402,6 +402,20 @@ def test_a_run_that_is_changed_stopped_and_gone_beyond_says_so(path, tmp_path):
     assert any("was stopped" in warning for warning in facts["warnings"])
     run = read_run_csv(os.path.join(directory, "run.csv"))
     assert run.time[-1] == read(Path(directory) / "scenario.yaml")["duration"]
+
+
+def test_looking_at_a_run_changes_nothing_of_it(tmp_path, monkeypatch):
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.local_side.engine.STATUS", 0.0)
+    path = tmp_path / "carrying.yaml"
+    scenario = load_scenario(os.path.join(ROOT, "scenarios", "carrying.yaml"))
+    path.write_text(scenario._replace(duration=1.0).to_yaml())
+    script = played(str(path), (0, "control", (str(path),)), (11, "stop", ()))
+    experiment = Experiment(load_scenario(str(path)))
+    for _ in experiment.samples():
+        pass
+    facts = read(Path(script.all("run")[0]) / "run.json")
+    assert facts["closest_approach"] == experiment.world.contacts.closest
+    experiment.world.close()
 
 
 def test_after_the_duration_time_waits(path, tmp_path):

@@ -360,7 +360,7 @@ class Engine:
             missed_periods=0,
             command_periods=0,
             real_silent=(),
-            closest_approach=world.contacts.measure(),
+            closest_approach=world.contacts.closest,  # measuring now would change what is recorded
             flight=tuple(flights.get(row, "") for row in range(world.n)) if flights else (),
         )
 

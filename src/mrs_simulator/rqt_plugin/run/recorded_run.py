@@ -1,10 +1,19 @@
 """A run's data where a program other than the GUI has recorded it; without Qt and ROS."""
 
+import json
+import math
 import os
 
-from mrs_simulator.core.writing import naming
+from mrs_simulator.core.writing import naming, write_text
 from mrs_simulator.record.recording import facts_path, write_facts
-from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE, is_result, remove_results
+from mrs_simulator.scenario.reading import read_json
+from mrs_simulator.study.results.report import (
+    RUN_FILE,
+    SCENARIO_FILE,
+    VERDICT_FILE,
+    is_result,
+    remove_results,
+)
 
 UNANSWERED = "the simulation did not end in order: what it alone knew of the run is missing"
 BLOCK = 1 << 20  # [bytes] copied at once
@@ -31,6 +40,16 @@ def copy_recorded(source, directory, sizes, history, report):
             meta["incidents"] = list(history.incidents)
         write_facts(path, history.collisions, meta)
     return path
+
+
+def note_closest(directory):
+    """Note in ``run.json`` of a reported run the least distance of its samples, too, as runs alone do."""
+    path = facts_path(os.path.join(directory, RUN_FILE))
+    facts, verdict = read_json(path), read_json(os.path.join(directory, VERDICT_FILE))
+    closest = verdict["min_distance"]
+    if closest is not None and closest < facts.get("closest_approach", math.inf):
+        facts["closest_approach"] = closest
+        write_text(path, json.dumps(facts, indent=2) + "\n")
 
 
 def _copy(source, target, size, report):

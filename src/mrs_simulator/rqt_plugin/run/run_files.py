@@ -8,7 +8,7 @@ import time
 
 from mrs_simulator.record.run_changes import changed_by, to_plain
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
-from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded
+from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded, note_closest
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
@@ -46,7 +46,7 @@ class RunFiles:
 
     def save(self, history, directory):
         """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background."""
-        write = self._writing(history, directory)
+        write, recorded = self._writing(history, directory), history.recorded
         self._cancelled.clear()
 
         def report(share):
@@ -63,9 +63,11 @@ class RunFiles:
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
             verdict = os.path.join(directory, VERDICT_FILE)
-            return (
-                (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, output)
-            )
+            if code not in (0, 1) or not os.path.exists(verdict):
+                return False, output
+            if recorded is not None:
+                note_closest(directory)
+            return True, verdict
 
         self.saving = "preparing"
         self._connection.do("save", work)

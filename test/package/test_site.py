@@ -184,4 +184,13 @@ def test_the_site_builds_without_a_warning(tmp_path):
     assert 'src="../../images/protocols/consensus.png"' in built(
         os.path.join("protocols", "consensus")
     )
-    assert (tmp_path / "site" / "search" / "search_index.json").exists()
+    assert "<math" in built(os.path.join("protocols", "consensus"))
+    assert built("examples").count("The whole file") == 10
+    index = json.loads((tmp_path / "site" / "search" / "search_index.json").read_text())["docs"]
+    for wanted in ("ROS 2", "cite", "Collision"):
+        assert any(wanted in each["title"] for each in index), wanted
+    # Nothing is loaded from elsewhere: a reader without network sees all.
+    for name in ("", "gallery", "shipped_protocols"):
+        assert not re.findall(
+            r'(?:src|href)="(https?://[^"]+\.(?:js|css|woff2?|png|svg))"', built(name)
+        )

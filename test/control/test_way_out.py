@@ -9,7 +9,9 @@ import yaml
 from protocol_fixtures import SCENARIOS
 
 from mrs_simulator import PioneerControl
+from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.distances import body_radii
+from mrs_simulator.control.safety.way_out import SHARES, STEEPEST, WayOut
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment
@@ -151,3 +153,42 @@ def test_wheels_of_models_touch_no_sooner_than_the_outline(kind):
             for _ in range(10):
                 world.step()
             assert not world.contacts.take(), heading
+
+
+def test_who_might_touch_is_first_let_go_slower():
+    way_out = WayOut(Team(("pioneer3dx",) * 2), np.full(2, 0.3), 0.1, "kinematic")
+    facing = np.array([[0.0, 0.0, 0.0], [0.614, 0.0, np.pi]])
+    free = Surroundings()
+    given = np.full((2, 2), [0.5, 0.1])
+    passed = way_out.certified(given, facing, np.zeros(2), 0.0, free)
+    np.testing.assert_allclose(passed[:, 1], 0.1)
+    share = passed[0, 0] / 0.5
+    assert share in SHARES[1:-1] and passed[1, 0] == passed[0, 0]
+    assert way_out.may_have_acted(passed, facing[:, :2], free)
+    apart = facing + [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]
+    assert not way_out.may_have_acted(passed, apart[:, :2], free)
+    assert all(one <= STEEPEST * other for one, other in zip(SHARES, SHARES[1:-1]))
+
+
+def test_boats_that_turned_aside_go_on_as_fast_as_they_can():
+    """Otters change places across a circle: their turn limits slow down no wanted velocity twice."""
+    angle = 0.4 * np.pi * np.arange(5)
+    start = 8.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+
+    class Across(PioneerControl):
+        def pointMassLaw(self, hand):
+            return 0.4 * (-start - hand)
+
+    content = {
+        "model": "otter",
+        "poses": np.column_stack([start, angle + np.pi]).tolist(),
+        "control": {"rate": 10.0, "parameters": {"l": 0.2}, "safety": True},
+        "duration": 18.0,
+    }
+    experiment = Experiment(scenario_from_dict(content), Across)
+    for _ in experiment.samples():
+        pass
+    points = experiment.control.points(experiment.world.pose)
+    experiment.world.close()
+    assert np.linalg.norm(points + start, axis=1).max() < 0.8
+    assert not experiment.collisions and not experiment.control.safety_deadlock

@@ -27,6 +27,7 @@ OWN = {
     "_given_topology": "the scenario's topology",
     "_is_filtered": "whether the safety filter acts",
     "_surroundings": "what robots keep away from",
+    "_unlimited": "the velocities that the law wants, before limits, where the safety filter acts",
     "_unkept": "what the safety filter cannot promise",
     "_scene_begun": "the time of the scene at which the law began",
     "_deadlocks": "how long the safety filter has held robots",

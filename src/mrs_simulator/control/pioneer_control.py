@@ -16,7 +16,7 @@ from mrs_simulator.control.positions import (  # noqa: F401, laws import them fr
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
 from mrs_simulator.control.safety.distances import squash, sums_of_pairs, tracking_errors
-from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.control.safety.filter import capped, safe_velocities
 from mrs_simulator.control.safety.sensed import SensedNeighbourhood, safe_by_sensors
 from mrs_simulator.control.safety.way_out import WayOut
 from mrs_simulator.control.twists import (
@@ -42,6 +42,7 @@ from mrs_simulator.scenario.surroundings.environment import CALM
 from mrs_simulator.sensors.readings import readings_by_number
 from mrs_simulator.vehicles import Team
 
+UNCHANGED = 1e-9  # [m/s] up to which a velocity is that which was wanted
 FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
 OF_POINTS = "of_points"  # in the meta of a run that theory gives
 
@@ -440,6 +441,8 @@ class PioneerControl:
             u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
             u = team_velocities(self.pointMassLaw(hand), len(self.numbers), self.dimension)
+        if self._is_filtered:
+            self._keep(_unlimited=u)
         return u, pointing
 
     def velocities(self, run):
@@ -478,26 +481,52 @@ class PioneerControl:
             velocity = self._safe_by_sensors(wanted, points, pose)
             self._deadlocks.note(self.time, wanted, velocity, points, distance)
             return self.saturated(self.commands_for(velocity, pose), "robot")
-        bounds, speed = self.safe_bounds(points), self._surroundings.speed
-        velocity = safe_velocities(
+        bounds = self.safe_bounds(points)
+        if self.way_out is None:
+            # One factor for the whole team keeps every pair's constraint.
+            velocity = self._filtered(wanted, points, bounds)
+            passed = self.saturated(self.commands_for(velocity, pose), "team")
+        else:
+            passed = self._turned_away(command, wanted, pose, points, bounds)
+            # Bodies are no nearer than points with their reach.
+            passed = self._with_way_out(passed, pose, bounds.least(len(points)))
+            velocity = wanted
+            if passed is not command:
+                velocity = self.team.velocity(passed, pose, self.joints, self.l, self.period)
+        self._deadlocks.note(self.time, wanted, velocity, points, distance)
+        return passed
+
+    def _filtered(self, wanted, points, bounds):
+        """Return the velocities (n, d) nearest to ``wanted`` with which ``points`` (n, d) keep apart."""
+        return safe_velocities(
             wanted,
             points,
-            distance,
+            self.safe_distance,
             self.period,
             bounds=bounds,
-            speed=speed,
+            speed=self._surroundings.speed,
             squash=self.safe_squash,
             brakes=self.safe_brakes,
         )
-        # One factor for the whole team keeps every pair's constraint.
-        safe = self.saturated(self.commands_for(velocity, pose), "team")
-        passed = safe
-        if self.way_out is not None:  # bodies are no nearer than points with their reach
-            passed = self._with_way_out(safe, pose, bounds.least(len(points)))
-        if passed is not safe:
-            velocity = self.team.velocity(passed, pose, self.joints, self.l, self.period)
-        self._deadlocks.note(self.time, wanted, velocity, points, distance)
-        return passed
+
+    def _turned_away(self, command, wanted, pose, points, bounds):
+        """Return ``command`` (n, a), but another one for robots that the filter has go otherwise.
+
+        ``wanted`` (n, d) [m/s]: what it gives the ``points``.  The filter starts from what the law wants
+        before limits: these slow down a robot that has to turn, and would do so again for each way aside.
+        """
+        given, speed, top = wanted, self._surroundings.speed, self.team.speeds[:, 0]
+        if not self._gives_twists and self._network is None:
+            wanted = capped(self._unlimited, top if speed is None else np.minimum(top, speed))
+        velocity = self._filtered(wanted, points, bounds)
+        changed = (np.abs(velocity - wanted) > UNCHANGED).any(axis=1)
+        if speed is not None:
+            changed |= np.linalg.norm(given, axis=1) > speed
+        if not changed.any():
+            return command
+        # The way out is certified: each robot may be as fast as it can.
+        other = self.saturated(self.commands_for(velocity, pose), "robot")
+        return np.where(changed[:, np.newaxis], other, command)
 
     def _with_way_out(self, command, pose, gap):
         """Return ``command`` (n, a) for robots to which it leaves a way out; the others brake.

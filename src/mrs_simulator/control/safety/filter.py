@@ -92,7 +92,7 @@ def _among(wanted, terms, within, swirl, bounds, speed):
     size = np.linalg.norm(wanted, axis=1)
     near = rows.reach(size) >= rows.limit
     if not near.any():
-        return _capped(wanted, speed)
+        return capped(wanted, speed)
     seen = points if squash is None else points * squash
     wanted = _turned_aside(wanted, _beside(wanted, seen, distance, near, pairs, bounds), swirl)
     while True:
@@ -276,7 +276,7 @@ def _turned_aside(wanted, share, swirl):
     return np.stack([x, cos * y - sin * z, sin * y + cos * z], axis=1)
 
 
-def _capped(velocity, speed):
+def capped(velocity, speed):
     """Return ``velocity`` (n, d) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
     if speed is None:
         return velocity
@@ -316,7 +316,7 @@ class _Dual:
         """Return velocities ``free`` (n d,) within the caps."""
         if self._speed is None:
             return free
-        return _capped(free.reshape(self.n, -1), self._speed).ravel()
+        return capped(free.reshape(self.n, -1), self._speed).ravel()
 
     def excess(self, free):
         """Return by how much velocities ``free`` (n d,) are beyond the limits within the caps, (m,)."""

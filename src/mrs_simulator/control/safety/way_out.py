@@ -2,7 +2,8 @@
 
 At each command the robots' courses are looked at, ``vehicles.courses``: the command held for a period, and
 then braking.  Of a pair that might touch on the way, or a robot that might touch what stands there, all
-robots only turn; if they might touch even so, they brake, which was safe at their last passed command.
+robots go slower, and at last only turn; if they might touch even so, they brake, which was safe at their
+last passed command.
 ``docs/safety.md`` has the proof.
 """
 
@@ -18,7 +19,15 @@ EXACT = 1e-3  # [m] by which robots may be beside their courses, whatever they d
 SOON = 0.1  # [s] in which it is forgotten at the soonest how fast robots were
 AHEAD = 0.3  # [s] by which robots react to each other sooner than they have to
 FASTEST = 100.0  # [m/s] of robots without limits, afterwards
-PASSES, TURNS, BRAKES = 0, 1, 2  # what becomes of a robot's command
+SHARES = (
+    1.0,
+    0.5,
+    0.2,
+    0.05,
+    0.0,
+)  # [-] of its speed at which a robot is let go, one after the other
+STEEPEST = 4.0  # [-] of a share over the next one, but for the last
+BRAKES = len(SHARES)  # what comes after these: it does not even turn
 
 
 class WayOut:
@@ -71,15 +80,13 @@ class WayOut:
     def may_have_acted(self, command, place, obstacles):
         """Return whether :meth:`certified` may have changed ``command`` (n, a), at ``place`` (n, d).
 
-        Such a robot has no speed, and something is near.
+        Something is near then at the speed of a greater share, of a robot without speed at the top one.
         """
-        stands = ~command[:, : self._width][:, self._linear].any(axis=1)
-        if not stands.any():
-            return False
-        ways = self._ways(np.minimum(self._courses.team.speeds[:, 0], FASTEST))
+        speed = np.linalg.norm(command[:, : self._width][:, self._linear], axis=1)
+        top = np.minimum(self._courses.team.speeds[:, 0], FASTEST)
+        ways = self._ways(np.where(speed == 0.0, top, np.minimum(top, STEEPEST * speed)))
         (first, second), single = self._near(place, ways, obstacles)
-        single[first] = single[second] = True
-        return bool((stands & single).any())
+        return bool(len(first) or single.any())
 
     def _know(self, pose, heights, time):
         """Let the inner states be those at ``time`` [s]; at rest where it went back or nothing is known."""
@@ -122,10 +129,10 @@ class WayOut:
 
     def _let(self, command, pose, heights, pairs, single, obstacles):
         """Return what of ``command`` (n, a) leaves a way out."""
-        level, turning = np.full(len(pose), PASSES), np.where(self._linear, 0.0, command)
+        level, shares = np.zeros(len(pose), dtype=int), np.array([*SHARES, 0.0])
         first, second = pairs
         while True:
-            now = np.where((level == PASSES)[:, np.newaxis], command, turning)
+            now = np.where(self._linear, command * shares[level, np.newaxis], command)
             now[level == BRAKES] = 0.0
             course = self._courses.course(self._inner, pose, heights, now, self._period)
             free = self._free(course)

@@ -40,6 +40,7 @@ UNSTATED = "the published law is not stated over edges that come and go"
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
+BELOW = 0.98  # [-] of a cap of speed, of what is not taken for capped
 CLOSE = 1e-6  # [m] to where theory has a robot, within which it is there
 
 
@@ -476,6 +477,25 @@ def may_sense(control, velocity, hand, bounds):
     return bool((np.linalg.norm(velocity, axis=1) > SHARE * FIXED_RATE * gap).any())
 
 
+def _before_limits(control, run, row, velocity):
+    """Return the ``velocity`` (n, d) [m/s] of a sample, at top speed for robots that are at a limit.
+
+    The filter starts from what the law wants before limits.
+    """
+    if control.way_out is None:
+        return velocity
+    given = run.command[row : row + 1], run.pose[row : row + 1], run.hand[row : row + 1]
+    limited = control.team.limits_in(*given, control.l, control.period, SHARE)[0]
+    if control.saturation == "team":  # one robot's limit slows all
+        limited = np.broadcast_to(limited.any(), limited.shape)
+    top = control.team.speeds[:, 0]
+    if control.safe_speed is not None:  # a cap alone has robots at their limits go as they would
+        top = np.minimum(top, BELOW * control.safe_speed)
+    size = np.linalg.norm(velocity, axis=1)
+    raised = limited & (size > 0.0) & (size < top) & np.isfinite(top)
+    return velocity * np.where(raised, top / np.maximum(size, 1e-300), 1.0)[:, np.newaxis]
+
+
 def may_have_braked(control, run, row):
     """Return whether robots may have been braked in a sample of ``run``, to keep them a way out."""
     if control.way_out is None:
@@ -500,6 +520,7 @@ def filter_acted(control, run):
         if control.filter_sensors and may_sense(control, u, hand, bounds):
             return row
         more = {"bounds": bounds, "speed": speed, "squash": squash, "brakes": control.safe_brakes}
+        u = _before_limits(control, run, row, u)
         if filter_acts(u, hand, distance, control.period, **more):
             return row
         if may_have_braked(control, run, row):

@@ -12,7 +12,8 @@ import yaml
 
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
-from mrs_simulator.rqt_plugin.run.recorded_run import UNANSWERED
+from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord
+from mrs_simulator.rqt_plugin.run.recorded_run import UNANSWERED, copy_recorded
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
 
@@ -415,6 +416,25 @@ def test_looking_at_a_run_changes_nothing_of_it(tmp_path, monkeypatch):
         pass
     facts = read(Path(script.all("run")[0]) / "run.json")
     assert facts["closest_approach"] == experiment.world.contacts.closest
+    experiment.world.close()
+
+
+def test_what_is_saved_of_a_run_that_goes_on_is_what_it_was_when_asked(path, tmp_path):
+    experiment = Experiment(load_scenario(path))
+    source, saved = tmp_path / "source", tmp_path / "saved"
+    source.mkdir()
+    record, found = RunRecord(experiment, str(source)), None
+    experiment.begin()
+    for _ in range(60):
+        if experiment.go_on():
+            record.sample()
+            found = found or (record.write() if experiment.world.time > 0.35 else None)
+    copy_recorded(str(source), str(saved), found, None, lambda share: None)
+    assert read_run_csv(str(saved / "run.csv")).time == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+    assert read(saved / "scenario.yaml")["duration"] == pytest.approx(0.4)
+    assert not (source / "run.json").exists()  # of a run that goes on
+    record.close()
+    assert read(source / "scenario.yaml")["duration"] == pytest.approx(1.1)
     experiment.world.close()
 
 

@@ -304,10 +304,15 @@ def write_facts(path, collisions=(), meta=None):
 
     ``meta``: values by the names in ``FACTS``; a distance that is not finite is left out.
     """
+    write_text(facts_path(path), facts_text(collisions, meta))
+
+
+def facts_text(collisions=(), meta=None):
+    """Return what :func:`write_facts` writes."""
     finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
     rows = [[c.time, c.first, c.second, *c.place] for c in collisions]
     facts = {**finite, "collisions": rows}
-    write_text(facts_path(path), json.dumps(facts, indent=2, allow_nan=False) + "\n")
+    return json.dumps(facts, indent=2, allow_nan=False) + "\n"
 
 
 def _read_facts(path):

@@ -144,7 +144,8 @@ class Connection(abc.ABC):
     def finish_record(self, directory):
         """Have the run in ``directory`` recorded up to now; return ``{name: size [bytes]}`` of its files.
 
-        None where the program that records it does not answer.  Not in the GUI's thread.
+        Of files that are not written yet there are texts in place of sizes.  None where the program that
+        records it does not answer.  Not in the GUI's thread.
         """
         return None
 

@@ -296,7 +296,7 @@ class Engine:
         return self._experiment.control
 
     def _on_write(self, token, directory):
-        """Bring the files of the run in ``directory`` up to date; answer ``token`` with their sizes."""
+        """Bring the files of the run in ``directory`` up to date; answer ``token`` with what is in them."""
         found = None
         try:
             record = self._record

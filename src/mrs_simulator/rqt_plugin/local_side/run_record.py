@@ -1,16 +1,18 @@
 """The files of a run in a window without ROS: those of a run without a window."""
 
-import contextlib
 import os
 import sys
 
+from mrs_simulator.core.writing import write_text
+from mrs_simulator.protocols.loading import from_anywhere
 from mrs_simulator.record.controller_log import Interruptions
-from mrs_simulator.record.recording import facts_path, write_facts
+from mrs_simulator.record.recording import facts_path, facts_text
 from mrs_simulator.record.run_changes import ControllerRecord, to_plain
-from mrs_simulator.study.results.report import RUN_FILE, begin_run, is_result, write_scenario
+from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE, begin_run, is_result
 from mrs_simulator.study.run.experiment import facts_of, samples_of
 
 COMPLETE = "complete"
+FACTS_FILE = facts_path(RUN_FILE)
 
 
 class RunRecord:
@@ -32,8 +34,6 @@ class RunRecord:
             self._add(*self._experiment.sample())
 
     def _add(self, stamp, pose, command):
-        with contextlib.suppress(FileNotFoundError):  # it is of fewer samples
-            os.remove(facts_path(self._recorder.path))
         self._recorder.sample(stamp, self._experiment.state(pose, command))
         self._recorder.flush()  # a law may hang at the next step
         self._samples, self._stamp = self._samples + 1, stamp
@@ -54,26 +54,33 @@ class RunRecord:
         self._ended = str(error)
 
     def write(self):
-        """Bring the files up to date; return ``{name: size [bytes]}`` of them."""
+        """Write what waits; return ``{name: size [bytes]}`` of the tables now, and texts of other files.
+
+        They are those of a run that ends now.
+        """
         self._recorder.flush()
         if self._sensors is not None:
             self._sensors.flush()
+        return {**sizes(self.directory), **self._texts()}
+
+    def _texts(self):
         scenario, experiment = self._experiment.scenario, self._experiment
         if self._ended == COMPLETE and self._samples != samples_of(scenario):
             scenario = scenario._replace(duration=max(self._stamp, 1e-3))
-        write_scenario(scenario, self.directory)
         facts = facts_of(experiment, self._recorder, self._sensors, self._ended)
         facts["warnings"] = facts["warnings"] + self._stops.warnings(0.0, self._stamp)
         changes = self._settings.during(0.0, self._stamp)[1]
         facts.update({"changes": to_plain(changes)} if changes else {})
-        write_facts(self._recorder.path, experiment.collisions, facts)
-        return sizes(self.directory)
+        return {
+            SCENARIO_FILE: from_anywhere(scenario).to_yaml(),
+            FACTS_FILE: facts_text(experiment.collisions, facts),
+        }
 
     def close(self):
-        """Bring the files up to date, and close them."""
+        """Finish all files, ``run.json`` too, which a run that goes on has not."""
         try:
-            if self._samples:
-                self.write()
+            for name, text in self._texts().items() if self._samples else ():
+                write_text(os.path.join(self.directory, name), text)
         finally:
             self._recorder.close()
             if self._sensors is not None:
@@ -88,9 +95,7 @@ def sizes(directory):
 
 def is_of_run(name):
     """Return whether a file called ``name`` is the data of a run."""
-    return name in (RUN_FILE, os.path.basename(facts_path(RUN_FILE)), "scenario.yaml") or is_result(
-        name
-    )
+    return name in (RUN_FILE, FACTS_FILE, SCENARIO_FILE) or is_result(name)
 
 
 def _tell(text):

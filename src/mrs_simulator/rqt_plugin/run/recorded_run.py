@@ -22,17 +22,23 @@ BLOCK = 1 << 20  # [bytes] copied at once
 def copy_recorded(source, directory, sizes, history, report):
     """Copy the data of the run in ``source`` to ``directory``; return the path of ``run.csv``.
 
-    ``sizes``: ``{name: bytes}`` of the files, of which no more is copied; None where the program that
-    records has not answered: ``run.json`` then says what the ``History`` ``history`` has, and that.
+    ``sizes``: ``{name: bytes}`` of the files, of which no more is copied, or texts to write; None where the
+    program that records has not answered: ``run.json`` then says what the ``History`` ``history`` has, and
+    that.
     """
     os.makedirs(directory, exist_ok=True)
     remove_results(directory)
-    facts = os.path.basename(facts_path(RUN_FILE))
+    facts = facts_path(RUN_FILE)
     if sizes is None:
-        names = [n for n in os.listdir(source) if n in (RUN_FILE, SCENARIO_FILE) or is_result(n)]
+        kept = (RUN_FILE, SCENARIO_FILE, facts)  # the latter where the run had ended in order
+        names = [name for name in os.listdir(source) if name in kept or is_result(name)]
         sizes = {name: os.path.getsize(os.path.join(source, name)) for name in names}
     for name, size in sorted(sizes.items()):
-        _copy(os.path.join(source, name), os.path.join(directory, name), size, report)
+        target = os.path.join(directory, name)
+        if isinstance(size, str):
+            write_text(target, size)
+        else:
+            _copy(os.path.join(source, name), target, size, report)
     path = os.path.join(directory, RUN_FILE)
     if facts not in sizes:
         meta = {"lockstep": True, "ended": UNANSWERED, "warnings": [UNANSWERED]}

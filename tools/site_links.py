@@ -8,7 +8,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import site_math
 
-EXAMPLES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "examples")
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)]+)\)")
 ROLE = re.compile(r":(?:meth|class|func|mod|attr):(?=<code>)")
 FAMILY = re.compile(r"^Law: `mrs_simulator/protocols/(\w+)/", re.M)
@@ -19,6 +19,7 @@ WITHOUT_SEARCH = {
     "mistakes.md",
 }  # tables that would fill it
 CODE = re.compile(r"^<!-- code (\w+) -->$", re.M)  # where an example's file belongs
+LAW = re.compile(r"^Law: `(mrs_simulator/protocols/\S+\.py)`\.$", re.M)
 PARAMETERS = '<h2 id="parameters">'  # from where on code is values, on a protocol's page
 
 
@@ -51,16 +52,18 @@ def on_page_markdown(markdown, page, **_):
         page.meta["hide"] = ["toc"]  # its tables take the room
     if page.file.src_uri in WITHOUT_SEARCH:
         page.meta["search"] = {"exclude": True}
-    markdown = CODE.sub(_code, markdown)
+    markdown = CODE.sub(lambda found: _unfolded("examples", found.group(1) + ".py"), markdown)
+    markdown = LAW.sub(
+        lambda found: found.group(0) + "\n" + _unfolded("src", found.group(1)), markdown
+    )
     if page.file.src_uri in DISPLAYED:
         markdown = site_math.displayed(markdown)
     return LINK.sub(outward, markdown)
 
 
-def _code(found):
-    """Return the file of an example, to be unfolded."""
-    path = os.path.join(EXAMPLES, found.group(1) + ".py")
-    with open(path, encoding="utf-8") as file:
+def _unfolded(*path):
+    """Return the file of Python at ``path`` in the repository, to be unfolded."""
+    with open(os.path.join(ROOT, *path), encoding="utf-8") as file:
         lines = "```python\n{}```".format(file.read()).split("\n")
     return '\n??? example "The whole file"\n' + "\n".join("    " + line for line in lines) + "\n"
 

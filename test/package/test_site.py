@@ -186,6 +186,7 @@ def test_the_site_builds_without_a_warning(tmp_path):
     )
     assert "<math" in built(os.path.join("protocols", "consensus"))
     assert built("examples").count("The whole file") == 10
+    assert "The whole file" in built(os.path.join("protocols", "consensus"))
     index = json.loads((tmp_path / "site" / "search" / "search_index.json").read_text())["docs"]
     for wanted in ("ROS 2", "cite", "Collision"):
         assert any(wanted in each["title"] for each in index), wanted

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 import textwrap
 from pathlib import Path
 
@@ -11,7 +12,9 @@ import pytest
 import yaml
 
 from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
+from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
 from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord
 from mrs_simulator.rqt_plugin.run.recorded_run import UNANSWERED, copy_recorded
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
@@ -75,13 +78,16 @@ def in_window(code, path, tmp_path, *arguments):
     """Return what a piece of Python in the process of a window printed, without a module of ROS."""
     prelude = PRELUDE.format(modules=MODULES)
     command = [sys.executable, "-c", prelude + textwrap.dedent(code) + "\nend()\n"]
-    done = subprocess.run(
-        [*command, str(path), *map(str, arguments)],
-        env=dict(os.environ, HOME=str(tmp_path)),
-        timeout=120,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
+    with tempfile.TemporaryDirectory() as temporary:  # short, as paths of sockets have to be
+        done = subprocess.run(
+            [*command, str(path), *map(str, arguments)],
+            env=dict(os.environ, HOME=str(tmp_path), TMPDIR=temporary),
+            timeout=120,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        left = [name for name in os.listdir(temporary) if name.startswith("mrs_simulator")]
+    assert not left
     output = done.stdout.decode()
     assert done.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
     return output
@@ -447,3 +453,16 @@ def test_after_the_duration_time_waits(path, tmp_path):
     (run,) = script.samples()
     assert [name for name, _, _ in script.all("result")][0] == "paused"
     assert run[10].time == pytest.approx(1.0) and len(run) > 11
+
+
+def test_runs_are_recorded_where_files_go_once_the_simulation_has_ended():
+    connection = LocalConnection()
+    processes, launched = LocalProcesses(connection), []
+    processes.launch = lambda name, command: launched.append(command)
+    processes.start("stage", "stage", "--scenario", "any.yaml", "_speed:=1.0")
+    (recorded,) = [word for word in launched[0] if os.path.isdir(word)]
+    connection.close()  # while the simulation may still write
+    assert os.path.isdir(recorded)
+    processes.close()
+    processes.wait_closed()
+    assert not os.path.exists(recorded)

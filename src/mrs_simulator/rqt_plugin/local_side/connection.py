@@ -35,9 +35,9 @@ class LocalConnection(Received, Connection):
         self._wanted, self._readings = {}, (0.0, {})
         self._engine, self._sending = None, threading.Lock()
         self._awaited = {}  # queues of one answer each, by tokens
-        self.directory = tempfile.mkdtemp(prefix="mrs_simulator_link_")  # its user's alone
+        self._directory = tempfile.mkdtemp(prefix="mrs_simulator_link_")  # its user's alone
         windows = os.name == "nt"
-        self._listener = Listener(None if windows else os.path.join(self.directory, "engine"))
+        self._listener = Listener(None if windows else os.path.join(self._directory, "engine"))
         threading.Thread(target=self._receive, daemon=True).start()
 
     @property
@@ -224,7 +224,7 @@ class LocalConnection(Received, Connection):
 
     def close(self):
         self._listener.close()
-        shutil.rmtree(self.directory, ignore_errors=True)
+        shutil.rmtree(self._directory, ignore_errors=True)
 
     # The check of real robots --------------------------------------------------------------------
 

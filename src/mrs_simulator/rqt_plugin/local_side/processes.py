@@ -24,8 +24,8 @@ class LocalProcesses(Processes):
             self._controlled = True
             return
         speed = next(each[8:] for each in given if each.startswith("_speed:="))
-        connection = self._connection
-        arguments = [connection.address, path, speed, connection.directory]
+        # Runs are recorded where files go once all programs have ended.
+        arguments = [self._connection.address, path, speed, self.directory]
         self.launch(name, [sys.executable, "-m", ENGINE, *arguments])
 
     def command(self, script):

@@ -241,3 +241,8 @@ def test_land_keeps_boats_off_and_nobody_else():
     assert len(whole.robot) == len(mixed.robot) + 2
     assert mixed.least(3)[0] == whole.least(3)[0] == pytest.approx(0.8)
     assert (mixed.least(3)[1:] > whole.least(3)[1:]).all()
+    afloat = room._replace(afloat=np.array([True, False, False]))
+    for each in (room, afloat, Surroundings()):
+        np.testing.assert_array_equal(
+            each.least_gaps(points, reach), each.bounds(points, reach).least(3)
+        )

@@ -12,6 +12,7 @@ from mrs_simulator import PioneerControl
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.distances import body_radii
 from mrs_simulator.control.safety.way_out import SHARES, STEEPEST, WayOut
+from mrs_simulator.core.neighbours import lengths
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment
@@ -192,3 +193,23 @@ def test_boats_that_turned_aside_go_on_as_fast_as_they_can():
     experiment.world.close()
     assert np.linalg.norm(points + start, axis=1).max() < 0.8
     assert not experiment.collisions and not experiment.control.safety_deadlock
+
+
+@pytest.mark.parametrize("kind", ["pioneer3dx", "robotino3", "f1tenth", "heron"])
+def test_states_that_follow_are_the_last_ones_of_the_course(kind):
+    team = Team((kind,) * 3)
+    courses, draw = Courses(team), np.random.default_rng(2)
+    (inner,) = courses.at_rest(np.zeros((3, 3)), np.zeros(3))
+    inner = inner + draw.uniform(-0.3, 0.3, inner.shape)
+    command = draw.uniform(-0.5, 0.5, (3, len(courses.team.axes)))
+    (group,) = courses.team.groups
+    last = courses._phase(group, inner, group.of(command), np.array([0.05, 0.1]))[2]
+    (followed,) = courses.followed([inner], command, 0.1)
+    np.testing.assert_allclose(followed, last, atol=1e-12)
+    assert not np.array_equal(followed, inner)
+
+
+def test_lengths_are_norms_to_the_bit():
+    vectors = np.random.default_rng(3).normal(0.0, 1.0, (7, 50, 3))
+    for each in (vectors, vectors[0], vectors[0][:, :2], np.asfortranarray(vectors[0])):
+        np.testing.assert_array_equal(lengths(each), np.linalg.norm(each, axis=-1))

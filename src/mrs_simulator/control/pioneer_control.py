@@ -484,10 +484,10 @@ class PioneerControl:
         bounds = self.safe_bounds(points)
         if self.way_out is None:
             # One factor for the whole team keeps every pair's constraint.
-            velocity = self._filtered(wanted, points, bounds)
+            velocity = self._filtered(wanted, points, distance, bounds)
             passed = self.saturated(self.commands_for(velocity, pose), "team")
         else:
-            passed = self._turned_away(command, wanted, pose, points, bounds)
+            passed = self._turned_away(command, wanted, pose, points, distance, bounds)
             # Bodies are no nearer than points with their reach.
             passed = self._with_way_out(passed, pose, bounds.least(len(points)))
             velocity = wanted
@@ -496,12 +496,12 @@ class PioneerControl:
         self._deadlocks.note(self.time, wanted, velocity, points, distance)
         return passed
 
-    def _filtered(self, wanted, points, bounds):
-        """Return the velocities (n, d) nearest to ``wanted`` with which ``points`` (n, d) keep apart."""
+    def _filtered(self, wanted, points, distance, bounds):
+        """Return the velocities (n, d) nearest to ``wanted`` with which ``points`` keep ``distance``."""
         return safe_velocities(
             wanted,
             points,
-            self.safe_distance,
+            distance,
             self.period,
             bounds=bounds,
             speed=self._surroundings.speed,
@@ -509,7 +509,7 @@ class PioneerControl:
             brakes=self.safe_brakes,
         )
 
-    def _turned_away(self, command, wanted, pose, points, bounds):
+    def _turned_away(self, command, wanted, pose, points, distance, bounds):
         """Return ``command`` (n, a), but another one for robots that the filter has go otherwise.
 
         ``wanted`` (n, d) [m/s]: what it gives the ``points``.  The filter starts from what the law wants
@@ -518,7 +518,7 @@ class PioneerControl:
         given, speed, top = wanted, self._surroundings.speed, self.team.speeds[:, 0]
         if not self._gives_twists and self._network is None:
             wanted = capped(self._unlimited, top if speed is None else np.minimum(top, speed))
-        velocity = self._filtered(wanted, points, bounds)
+        velocity = self._filtered(wanted, points, distance, bounds)
         changed = (np.abs(velocity - wanted) > UNCHANGED).any(axis=1)
         if speed is not None:
             changed |= np.linalg.norm(given, axis=1) > speed

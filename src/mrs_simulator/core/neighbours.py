@@ -26,6 +26,14 @@ def squared(a):
     return dot(a, a)
 
 
+def lengths(a):
+    """Return the lengths (...) of vectors a (..., d).
+
+    To the bit ``np.linalg.norm(a, axis=-1)``, in less time.
+    """
+    return np.sqrt((a * a).sum(axis=-1))
+
+
 def all_pairs(n):
     """Return the rows of all pairs of n points, (m,) and (m,), i < j; not to be written to."""
     return _kept_pairs(n) if n <= DENSE else np.triu_indices(n, 1)
@@ -63,10 +71,10 @@ def least_distances(apart):
 
     ``apart`` (k + 1, p, d): from one point of each pair to the other, before and after each move.
     """
-    begin, move = apart[:-1], np.diff(apart, axis=0)
+    begin, move = apart[:-1], apart[1:] - apart[:-1]
     size = np.maximum((move * move).sum(axis=2), 1e-300)
-    share = np.clip(-(begin * move).sum(axis=2) / size, 0.0, 1.0)
-    return np.linalg.norm(begin + share[:, :, np.newaxis] * move, axis=2)
+    share = np.minimum(np.maximum(-(begin * move).sum(axis=2) / size, 0.0), 1.0)
+    return lengths(begin + share[:, :, np.newaxis] * move)
 
 
 def _grid_pairs(position, size):

@@ -4,11 +4,13 @@ All motion is that without forces.  Of n robots; ``inner`` states are a list of 
 group of a team; places are those of centres.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.neighbours import lengths
 
 BRAKING = 12  # [-] instants at which a braking robot is looked at
 HOLDING = 2  # [-] the same under a command that is held
@@ -50,7 +52,12 @@ class Courses:
     def followed(self, inner, command, seconds):
         """Return the inner states after ``seconds`` of ``command`` (n, a)."""
         times = np.array([seconds])
-        return [self._phase(g, own, g.of(command), times)[2] for g, own in self._each(inner)]
+        return [
+            _ramped(g, own, g.of(command), seconds)
+            if g.drive.RAMPS and g.drive.MEDIUM != "air"
+            else self._phase(g, own, g.of(command), times)[2]
+            for g, own in self._each(inner)
+        ]
 
     def speeds(self, inner):
         """Return the centres' speeds in ``inner`` states, (n,) [m/s]."""
@@ -61,7 +68,7 @@ class Courses:
                 velocity = np.column_stack([twist[:, :2], spatial.twist[:, 0]])
             else:
                 velocity = self._velocity(g, own)[:, :2]
-            result[g.rows] = np.linalg.norm(velocity, axis=1)
+            result[g.rows] = lengths(velocity)
         return result
 
     def _each(self, inner):
@@ -72,14 +79,14 @@ class Courses:
 
         ``command`` (n, a) is held for ``hold`` [s]; then they brake.
         """
-        first = np.linspace(0.0, hold, HOLDING + 1)[1:]
+        first, brakes = _instants(hold)
         held = [self._phase(g, own, g.of(command), first) for g, own in self._each(inner)]
         longest = max(
             (_longest(g, phase[2]) for g, phase in zip(self.team.groups, held)), default=0.0
         )
-        then = max(longest, LEAST) * (np.arange(1, BRAKING + 1) / BRAKING) ** DENSER
+        then = max(longest, LEAST) * brakes
         time = np.concatenate([[0.0], first, hold + then])
-        steps = np.diff(time)
+        steps = time[1:] - time[:-1]
         n, count = self.team.n, len(steps)
         chord, aside = np.zeros((count, n, 3)), np.zeros((count, n))
         speed = np.zeros(n)
@@ -94,9 +101,8 @@ class Courses:
             chord[:, g.rows], aside[:, g.rows] = moved(mean, ends, pose[g.rows, 2], steps)
             left = _left(g, ends[-1])
             aside[-1, g.rows] += left
-            speed[g.rows] = np.linalg.norm(ends[: HOLDING + 1, :, :2], axis=2).max(axis=0)
-            if g.drive.MEDIUM == "air":
-                speed[g.rows] = np.linalg.norm(ends[: HOLDING + 1], axis=2).max(axis=0)
+            linear = slice(None if g.drive.MEDIUM == "air" else 2)
+            speed[g.rows] = lengths(ends[: HOLDING + 1, :, linear]).max(axis=0)
         start = np.column_stack([pose[:, :2], heights])[:, : self.dimension]
         place = np.empty((count + 1, n, self.dimension))
         place[0] = start
@@ -109,7 +115,7 @@ class Courses:
         if group.drive.MEDIUM == "air":
             return _phase_in_the_air(group, inner, command, times)
         target = group.drive.target(command, inner, group.limits, group.numbers)
-        steps = np.diff(times, prepend=0.0)
+        steps = _differences(times)
         if group.drive.RAMPS:
             rates = group.drive.rates(group.limits, group.numbers)
             after, mean = ramps(inner, target, rates, times, steps)
@@ -136,6 +142,28 @@ class Courses:
         return result
 
 
+@functools.lru_cache(maxsize=8)
+def _instants(hold):
+    """Return the instants [s] at which a command held for ``hold`` [s] is looked at, and shares of the time
+    of braking; not to be written to."""
+    shares = (np.arange(1, BRAKING + 1) / BRAKING) ** DENSER
+    return np.linspace(0.0, hold, HOLDING + 1)[1:], shares
+
+
+def _differences(values):
+    """Return by how much ``values`` (k, ...) grow from one to the next, from 0 at first."""
+    result = np.array(values)
+    result[1:] -= values[:-1]
+    return result
+
+
+def _ramped(group, inner, command, seconds):
+    """Return the inner states (m, a) after ``seconds`` of ``command`` (m, a), of drives that ramp."""
+    rates = group.drive.rates(group.limits, group.numbers)
+    change = group.drive.target(command, inner, group.limits, group.numbers) - inner
+    return inner + np.copysign(np.minimum(rates * seconds, np.abs(change)), change)
+
+
 def ramps(inner, target, rates, times, steps):
     """Return ramps from ``inner`` (m, a) to ``target`` at ``rates``, at ``times`` (k,) and their means over
     the intervals ``steps`` (k,) before, (k, m, a) each."""
@@ -147,7 +175,7 @@ def ramps(inner, target, rates, times, steps):
     spent = np.minimum(times, size / rates)
     area = size * spent - 0.5 * np.where(np.isinf(rates), 0.0, rates) * spent * spent
     way = target * times - np.copysign(area, change)
-    return after, np.diff(way, axis=0, prepend=0.0) / steps[:, np.newaxis, np.newaxis]
+    return after, _differences(way) / steps[:, np.newaxis, np.newaxis]
 
 
 def _phase_in_the_air(group, inner, command, times):
@@ -177,7 +205,7 @@ def _rolled(mean, ends, heading, steps):
     chord = np.zeros(mean.shape)
     chord[:, :, 0] = shrink * (cos * mean[:, :, 0] - sin * mean[:, :, 1])
     chord[:, :, 1] = shrink * (sin * mean[:, :, 0] + cos * mean[:, :, 1])
-    change = np.abs(np.diff(ends, axis=0))
+    change = np.abs(ends[1:] - ends[:-1])
     slower = np.hypot(change[:, :, 0], change[:, :, 1])
     speed = np.hypot(ends[:, :, 0], ends[:, :, 1])
     fastest = np.maximum(speed[1:], speed[:-1])

@@ -60,14 +60,24 @@ class Surroundings(NamedTuple):
         found = self._found(points, time)
         gap = np.concatenate([far - reach for far, _ in found])
         way_out = np.concatenate([out for _, out in found])
-        robot = np.tile(np.arange(len(points)), len(found))
+        robot = np.concatenate([np.arange(len(points))] * len(found))
         comes = self._coming(found, time, period)
-        bounds = Bounds(robot, way_out, gap, np.tile(reach, len(found)), comes)
+        bounds = Bounds(robot, way_out, gap, np.concatenate([reach] * len(found)), comes)
         land = self._land(found)
         if self.afloat is None or not any(land):
             return bounds
         kept = ~land[:, np.newaxis] | self.afloat
         return Bounds(*(each[kept.ravel()] for each in bounds))
+
+    def least_gaps(self, points, reach):
+        """Return the least gaps (n,) of :meth:`bounds` as it begins, inf without any."""
+        if not (self.obstacles or self.arena):
+            return np.full(len(points), np.inf)
+        found = self._found(points)
+        gap = np.array([far for far, _ in found]) - reach
+        if self.afloat is not None:
+            gap[self._land(found)[:, np.newaxis] & ~self.afloat] = np.inf
+        return gap.min(axis=0)
 
     def gaps(self, points, reach, rows):
         """Return the gaps (b, k, m) [m] of robots ``rows`` (m,) at places ``points`` (k, m, d) from each
@@ -134,4 +144,4 @@ def _borders(arena, points):
     (x, y), n = points.T, len(points)
     sides = (x - x_min, (1.0, 0.0)), (x_max - x, (-1.0, 0.0))
     sides += (y - y_min, (0.0, 1.0)), (y_max - y, (0.0, -1.0))
-    return [(far, np.tile(normal, (n, 1))) for far, normal in sides]
+    return [(far, np.full((n, 2), normal)) for far, normal in sides]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.control.safety.bounds import NO_BOUNDS
-from mrs_simulator.core.neighbours import all_pairs, close_pairs
+from mrs_simulator.core.neighbours import all_pairs, close_pairs, lengths
 
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
 FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
@@ -74,11 +74,11 @@ def safe_velocities(
     """
     wanted = np.asarray(wanted, dtype=float)
     terms = points, distance, period, gamma, squash, brakes
-    fastest = 2.0 * float(np.linalg.norm(wanted, axis=1).max(initial=0.0))
+    fastest = 2.0 * float(lengths(wanted).max(initial=0.0))
     # Where something comes nearer, robots may have to be faster than anybody wanted to be.
     within = np.inf if bounds.comes.any() else _most_distant(fastest, *terms[1:])
     velocity = _among(wanted, terms, within, swirl, bounds, speed)
-    if within < np.inf and np.linalg.norm(velocity, axis=1).max() > fastest:
+    if within < np.inf and lengths(velocity).max() > fastest:
         return _among(wanted, terms, np.inf, swirl, bounds, speed)
     return velocity
 
@@ -89,7 +89,7 @@ def _among(wanted, terms, within, swirl, bounds, speed):
     pairs = _pair_rows(*terms, within)
     rows = _joined(pairs, bounds, period)
     # At first only pairs matter that could violate their constraint by heading straight for each other.
-    size = np.linalg.norm(wanted, axis=1)
+    size = lengths(wanted)
     near = rows.reach(size) >= rows.limit
     if not near.any():
         return capped(wanted, speed)
@@ -123,7 +123,7 @@ def filter_acts(
     pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
     points = points if squash is None else points * squash
     rows = _joined(pairs, bounds, period)
-    size = np.linalg.norm(velocity, axis=1)
+    size = lengths(velocity)
     if speed is not None and np.any(size >= 0.99 * speed):
         return True
     near = rows.reach(size) >= rows.limit
@@ -207,7 +207,7 @@ def _pair_rows(points, distance, period, gamma, squash=None, brakes=None, within
     apart = points[first] - points[second]
     apart = apart if squash is None else apart * squash**2
     # Each row divided by its length.
-    far = np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    far = np.maximum(lengths(apart), 1e-9)
     size = 2.0 * np.sqrt(2.0) * far
     rows = 2.0 * apart / size[:, np.newaxis]
     if brakes is None:
@@ -245,9 +245,9 @@ def _beside(wanted, points, distance, near, pairs, bounds):
     the way to the other.  Nearer than ``bounds.turns`` to what they head for it is ``LITTLE`` at least.
     """
     share, first, second = np.zeros(len(points)), pairs.first, pairs.second
-    size = np.maximum(np.linalg.norm(wanted, axis=1), 1e-300)
+    size = np.maximum(lengths(wanted), 1e-300)
     apart = points[first] - points[second]
-    gap = np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    gap = np.maximum(lengths(apart), 1e-9)
     needed = of_pairs(distance, first, second)
     close = np.clip((HEEDS - gap / needed) / (HEEDS - 1.0), 0.0, 1.0) * near[: len(first)] / gap
     for rows, way in ((first, -apart), (second, apart)):
@@ -280,17 +280,19 @@ def capped(velocity, speed):
     """Return ``velocity`` (n, d) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
     if speed is None:
         return velocity
-    size = np.linalg.norm(velocity, axis=1)
+    size = lengths(velocity)
     return velocity * np.minimum(1.0, speed / np.maximum(size, 1e-300))[:, np.newaxis]
 
 
 def _nearest(wanted, rows, speed=None):
     """Solve the quadratic programme in its dual: by Newton's method, else by projected gradients."""
-    dual = _Dual(wanted, rows, speed)
+    dual = _Dual(wanted, rows)
     scale = max(1e-3, float(np.abs(rows.limit).max()), float(np.abs(wanted).max()))
-    force = _by_newton(_Dual(wanted, rows, None), np.zeros(len(rows.limit)), TOLERANCE * scale)
-    if force is not None and speed is not None:
-        force = _by_newton(dual, force, TOLERANCE * scale)
+    force = _by_newton(dual, np.zeros(len(rows.limit)), TOLERANCE * scale)
+    if speed is not None:
+        dual.cap(speed)
+        if force is not None and dual.is_capped(dual.free(force)):
+            force = _by_newton(dual, force, TOLERANCE * scale)
     if force is None:
         force = _by_gradients(dual, rows, TOLERANCE * scale)
     return dual.pushed(dual.free(force)).reshape(wanted.shape)
@@ -299,13 +301,21 @@ def _nearest(wanted, rows, speed=None):
 class _Dual:
     """The dual of the quadratic programme: forces (m,) that push the robots of each row apart."""
 
-    def __init__(self, wanted, rows, speed):
+    def __init__(self, wanted, rows, speed=None):
         (n, d), (first, second) = wanted.shape, rows[:2]
         self.n = n
         self._place = np.stack([d * robot + axis for robot in (first, second) for axis in range(d)])
         self._share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its 2 d places
         self._begun, self._places = wanted.ravel(), self._place.ravel()
         self._limit, self._speed = rows.limit, speed
+
+    def cap(self, speed):
+        """Let velocities be at most ``speed`` (n,) [m/s]."""
+        self._speed = speed
+
+    def is_capped(self, free):
+        """Return whether caps change any of the velocities ``free`` (n d,)."""
+        return bool((lengths(free.reshape(self.n, -1)) > self._speed).any())
 
     def free(self, force):
         """Return ``u - A^T lambda``, (n d,)."""
@@ -348,7 +358,7 @@ class _Dual:
         if self._speed is None:
             return lambda change: change
         free = free.reshape(self.n, -1)
-        size = np.maximum(np.linalg.norm(free, axis=1), 1e-300)
+        size = np.maximum(lengths(free), 1e-300)
         factor = np.minimum(1.0, self._speed / size)[:, np.newaxis]
         ahead = np.where(factor < 1.0, free / size[:, np.newaxis], 0.0)
 
@@ -446,7 +456,7 @@ def _feasible_shares(velocity, rows, pressure, apart):
     """
     if not apart:
         return _feasible_share(pressure, rows.limit)
-    joins = rows.reach(np.linalg.norm(velocity, axis=1)) >= rows.limit
+    joins = rows.reach(lengths(velocity)) >= rows.limit
     sets, first, second = np.arange(len(velocity)), rows.first[joins], rows.second[joins]
     while (sets[first] != sets[second]).any():
         least = np.minimum(sets[first], sets[second])

@@ -11,7 +11,7 @@ import numpy as np
 
 from mrs_simulator.control.safety.distances import squash
 from mrs_simulator.control.safety.filter import Brakes
-from mrs_simulator.core.neighbours import close_pairs, least_distances
+from mrs_simulator.core.neighbours import close_pairs, least_distances, lengths
 from mrs_simulator.vehicles.courses import Courses
 
 LATE = 1.0  # [-] periods by which commands may come late
@@ -56,7 +56,7 @@ class WayOut:
         """
         own = command[:, : self._width]
         self._know(pose, heights, time)
-        speed = np.maximum(self._speed, np.linalg.norm(own[:, self._linear], axis=1))
+        speed = np.maximum(self._speed, lengths(own[:, self._linear]))
         speed = np.minimum(speed, self._courses.team.speeds[:, 0])
         place = np.column_stack([pose[:, :2], heights])[:, : self._courses.dimension]
         pairs, single = self._near(place, self._ways(speed), obstacles, gap)
@@ -121,10 +121,10 @@ class WayOut:
         seen = place if self._squash is None else place * self._squash
         reach = self._radii + ways
         first, second = close_pairs(seen, 2.0 * float(reach.max()) + EXACT)
-        apart = np.linalg.norm(seen[first] - seen[second], axis=1)
+        apart = lengths(seen[first] - seen[second])
         near = apart < reach[first] + reach[second]
         if gap is None or (gap < ways).any():
-            gap = obstacles.bounds(place, self._radii).least(len(place))
+            gap = obstacles.least_gaps(place, self._radii)
         return (first[near], second[near]), gap < ways
 
     def _let(self, command, pose, heights, pairs, single, obstacles):
@@ -169,7 +169,7 @@ class WayOut:
             return result
         place = course.place[:, rows]
         gap, out = obstacles.gaps(place, self._radii[rows], rows)  # (o, k + 1, m), (o, k + 1, m, d)
-        move = np.diff(place, axis=0)
+        move = place[1:] - place[:-1]
         # What is convex lies behind the line through its point nearest to either end.
         ahead = gap[:, :-1] + np.minimum((out[:, :-1] * move).sum(axis=3), 0.0)
         behind = gap[:, 1:] - np.maximum((out[:, 1:] * move).sum(axis=3), 0.0)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped
 
+from mrs_simulator import PioneerControl
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.published.drives import Unicycles
 from mrs_simulator.record.recording import Run
-from mrs_simulator.study.run.experiment import perform
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import perform, run_experiment
 from mrs_simulator.verdict.obedience import _velocities, obedience_checks
 from mrs_simulator.verdict.theory import motion
 
@@ -97,3 +99,21 @@ def test_all_ways_between_samples_at_once_are_those_one_after_the_other(
     one_by_one, _ = _velocities(control, run)
     assert len(moves) > 150
     assert np.abs(asked - one_by_one).max() < 1e-12
+
+
+def test_headings_that_swing_between_samples_are_no_bias_of_wheels(tmp_path):
+    """At 50 commands a second and 10 samples it is not known for how long ramps have lasted."""
+    corners = 1.5 * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+
+    class Gather(PioneerControl):
+        def pointMassLaw(self, hand):
+            return -0.3 * self.topology.laplacian() @ (hand - corners)
+
+    content = {
+        "poses": [[4, -1, 0], [2, 5, 1], [-3, 2, 2], [-1, -4, 3]],
+        "topology": {"preset": "ring"},
+        "duration": 12,
+    }
+    verdict = run_experiment(scenario_from_dict(content), str(tmp_path), Gather, formats=())
+    bias = check(verdict, BIAS)
+    assert bias["passed"] and abs(bias["measured"]) > 0.01, bias

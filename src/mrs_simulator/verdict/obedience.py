@@ -28,6 +28,7 @@ TELLING = (0.8, 0.5, 0.1)
 RESOLVED = 0.2  # [-] of the declared bias: by how much velocities are uncertain at least
 ROUGH = 0.5  # [-] of the change of commands from sample to sample, which slip and samples blur
 HARSH = 1.0  # [m/s^2] of a change of commands, beyond which a sample tells nothing: wheels spin
+STEEP = 0.3  # [-] of its ramps together, from which on a robot goes along one
 MOST_COMMANDS = 50000  # [-] that are followed
 SHOWN = 3  # [-] robots that are named
 NAMES = (
@@ -91,9 +92,10 @@ def fits(control, run):
     spread = np.array([kind.spread[run.scenario.fidelity] for kind in control.team.kinds])
     time = run.time - run.time[0]
     change = _changes(time, asked, spread)
+    ramping = _ramping(control, run, change)
     windows = [slice(0, len(asked)), *_parts(time)]
     of_all = [
-        _fitted(time[some.start :], asked[some], went[some], change[some], spread)
+        _fitted(time[some.start :], asked[some], went[some], change[some], spread, ramping[some])
         for some in windows
     ]
     return Fits(names, obeyed, spread, windows, *np.stack(of_all, axis=1))
@@ -179,16 +181,35 @@ def _changes(time, asked, spread):
     return result
 
 
-def _fitted(time, asked, went, change, spread):
+def _ramping(control, run, change):
+    """Return where robots go along ramps while not each command is recorded, (k, n) bool.
+
+    The model may then be ahead of the robot, or behind, for as long as the ramps last.
+    """
+    if run.scenario.record_period < 1.5 * control.period:
+        return np.zeros(change.shape, dtype=bool)
+    team, ramps = control.team, np.zeros(control.team.n)
+    for axis, steepest in zip(team.axes, team.limits.of_all(team.n).acceleration.T):
+        turned = [0.5 * kind.body.width for kind in team.kinds] if axis == SPEEDS[2] else 1.0
+        ramps += np.where(np.isfinite(steepest), steepest, np.inf) * turned
+    return change > STEEP * ramps * np.diff(run.time)[:, np.newaxis]
+
+
+def _fitted(time, asked, went, change, spread, ramping):
     """Return fits and their standard errors, (2, n, c, 3), of velocities (k, n, c) over a window.
 
-    Of gain less 1, dead time [s] and bias [m/s]; ``spread`` (n, 3) of each; ``change``: :func:`_changes`.
+    Of gain less 1, dead time [s] and bias [m/s]; ``spread`` (n, 3) of each; ``change``: :func:`_changes`;
+    ``ramping`` (k, n): :func:`_ramping`.
     """
     duration = np.diff(time[: len(asked) + 1])
     slope = np.gradient(asked, np.cumsum(duration), axis=0)
     spread = spread[:, np.newaxis]
     least = RESOLVED * spread[..., 2]
     share = 1.0 / np.hypot(1.0, ROUGH * change / least[:, 0])[..., np.newaxis]
+    # All of these tell no more than one.
+    share[ramping] /= np.sqrt(np.broadcast_to(ramping.sum(axis=0), ramping.shape)[ramping])[
+        :, np.newaxis
+    ]
     share[change > HARSH * duration[:, np.newaxis]] = 0.0
     columns = np.stack([asked, -slope, np.ones_like(asked)], axis=3) * share[..., np.newaxis]
     off = share * (went - asked)

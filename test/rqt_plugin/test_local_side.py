@@ -87,9 +87,9 @@ def in_window(code, path, tmp_path, *arguments):
             stderr=subprocess.STDOUT,
         )
         left = [name for name in os.listdir(temporary) if name.startswith("mrs_simulator")]
-    assert not left
     output = done.stdout.decode()
     assert done.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
+    assert not left
     return output
 
 
@@ -113,6 +113,9 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     save(sys.argv[2])
     assert gui.history._stride > 1
     assert not gui.bar.button("preflight").isVisible() and gui.bar.button("control").isVisible()
+    details = gui.program_control._panels.programs.details
+    assert not details.isTabEnabled(1) and "without ROS" in details.tabToolTip(1)
+    assert "ros" not in gui.program_control._panels.programs.command.placeholderText()
     print(gui.status["master"].text())
     """
     scenario = load_scenario(PAPER)._replace(duration=4.0)

@@ -9,7 +9,7 @@ class Connection(abc.ABC):
     What is received is kept until the GUI takes it; what is requested is done in the background, and its
     answer is a result that ``take_results`` returns.  The attribute ``controller`` is an
     ``Interruptions`` with the times at which controllers were interrupted.  ``absent`` says by name why
-    something is not to be had here: an action, a program, or the master.
+    something is not to be had here: an action, a program, diagnostics, or the master.
     """
 
     absent = {}

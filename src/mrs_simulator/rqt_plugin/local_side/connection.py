@@ -23,7 +23,9 @@ SEEN = "in this window"  # where readings come from
 class LocalConnection(Received, Connection):
     """Keeps what the engine sends, and sends it requests."""
 
-    absent = dict.fromkeys(("master", "preflight", "bag", "record", "rosbag"), NO_ROS)
+    absent = dict.fromkeys(
+        ("master", "preflight", "bag", "record", "rosbag", "rosrun", "diagnostics"), NO_ROS
+    )
     master_online = True
 
     def __init__(self):

@@ -34,6 +34,7 @@ ACTIONS = (
     ("remove", "Remove", "Remove a program of your own from this list"),
 )
 COMMAND = "rosrun my_package my_node"
+ANY = "python3 my_program.py"  # without ROS
 TIP = "A program of your own: {}, roslaunch my_package my.launch, or any command"
 ANONYMOUS = re.compile(r"_\d+_\d{13}(?=$|:)")
 SILENT = "No output yet."
@@ -89,6 +90,15 @@ class ProgramsPanel(QWidget):
         layout.addWidget(self.table, 1)
         layout.addLayout(last)
         return page
+
+    def hide_absent(self, absent):
+        """Disable what is ``absent``, with the reason; names as of ``Connection.absent``."""
+        if "diagnostics" in absent:
+            self.details.setTabEnabled(1, False)
+            self.details.setTabToolTip(1, absent["diagnostics"])
+        if "rosrun" in absent:
+            self.command.setPlaceholderText(ANY)
+            self.command.setToolTip("A program of your own: any command")
 
     @property
     def selected(self):

@@ -129,6 +129,7 @@ class StudyPanels(QWidget):
     def hide_absent(self, absent):
         """Hide the buttons and the tab of what is ``absent``, names as of ``Connection.absent``."""
         self.bar.hide_absent(absent)
+        self.programs.hide_absent(absent)
         if "preflight" in absent:
             self.results_tabs.removeTab(self.results_tabs.indexOf(self.preflight))
 

@@ -15,6 +15,7 @@ full dynamics, too, as they are shipped otherwise.
 
 import argparse
 import concurrent.futures
+import datetime
 import itertools
 import os
 import sys
@@ -146,7 +147,8 @@ def main():
         names = [name for name in names if name not in ARMED]
     cases = DYNAMIC_CASES if arguments.dynamic else CASES
     tasks = [(paths[name],) + case[1:] for name in names for case in cases]
-    print((DYNAMIC_HEADER if arguments.dynamic else HEADER).rstrip())
+    title, text = (DYNAMIC_HEADER if arguments.dynamic else HEADER).rstrip().split("\n\n", 1)
+    print("{}\n\nFigures of {:%Y-%m-%d}.\n\n{}".format(title, datetime.date.today(), text))
     with concurrent.futures.ProcessPoolExecutor() as pool:
         print_table(names, cases, pool.map(run, tasks))
 

@@ -2,6 +2,10 @@
 """How long one call of the safety filter takes: 50 robots that cross, and 50 that crowd into one place.
 
     python3 benchmarks/safety.py [--robots N]
+    python3 benchmarks/safety.py --ring N [N ...]
+
+With ``--ring``: the processor time of 30 s in which N Pioneers with ramps cross a ring, 1.5 m apart at
+first, with the filter and without, where they push each other in its middle; the least of three runs each.
 
 Each robot is 0.3 m in radius and wants the other side of a circle, or the middle of a square.  A call
 has to fit the command period: 20 ms at 50 Hz.
@@ -12,12 +16,18 @@ import time
 
 import numpy as np
 
+from mrs_simulator import PioneerControl
 from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment
 
 PERIOD = 0.02  # [s]
 DISTANCE = 0.8  # [m] between hand points
 FASTEST = 0.75  # [m/s]
 STEPS = 500
+SECONDS = 30.0  # [s] of a run
+RATE = 20.0  # [Hz] of its commands
+RUNS = 3
 
 
 def circle(n):
@@ -48,11 +58,53 @@ def calls(points, goals):
     return np.array(taken)
 
 
+def processor_time(n, safety):
+    """Return the processor time [s] of one run of n Pioneers that cross a ring, ``safety`` or not."""
+    points, goals = circle(n)
+    heading = np.arctan2(*(goals - points).T[::-1])
+
+    class Cross(PioneerControl):
+        def pointMassLaw(self, hand):
+            return 0.3 * (goals - hand)
+
+    scenario = scenario_from_dict(
+        {
+            "robots": n,
+            "poses": np.column_stack([points, heading]).tolist(),
+            "limits": "firmware",
+            "duration": SECONDS,
+            "control": {"rate": RATE, "safety": safety},
+        }
+    )
+    experiment = Experiment(scenario, Cross)
+    begin = time.process_time()
+    for _ in experiment.samples():
+        pass
+    spent = time.process_time() - begin
+    experiment.world.close()
+    return spent
+
+
+def rings(sizes):
+    """Print the processor times of runs with and without the filter."""
+    print("{:>6} {:>10} {:>12} {:>7}".format("robots", "filter [s]", "without [s]", "ratio"))
+    for n in sizes:
+        own, free = (
+            min(processor_time(n, safety) for _ in range(RUNS)) for safety in (True, False)
+        )
+        print("{:6d} {:10.2f} {:12.2f} {:7.1f}".format(n, own, free, own / free))
+
+
 def main():
-    """Print median, 95th percentile and longest of the calls."""
+    """Print median, 95th percentile and longest of the calls, or the times of runs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--robots", type=int, default=50, metavar="N")
-    n = parser.parse_args().robots
+    parser.add_argument("--ring", type=int, nargs="+", metavar="N")
+    arguments = parser.parse_args()
+    if arguments.ring:
+        rings(arguments.ring)
+        return
+    n = arguments.robots
     print("{:24} {:>6} {:>12} {:>10} {:>10}".format("case", "n", "median [ms]", "95 %", "longest"))
     for name, (points, goals) in (("crossing", circle(n)), ("crowding", square(n))):
         taken = calls(points, goals)

@@ -530,12 +530,17 @@ standalone.main()
     assert done.returncode == 0 and "painting goes on" in done.stdout.decode(), done.stdout
 
 
-def test_without_a_display_it_says_what_is_wanted():
+@pytest.mark.parametrize("display", [{}, {"DISPLAY": ":987"}, {"DISPLAY": "127.0.0.1:987.0"}])
+def test_without_a_display_that_answers_it_says_what_is_wanted(display):
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     environment = {name: value for name, value in os.environ.items() if name not in screens}
     command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
-    done = subprocess.run(command, env=environment, timeout=60, stderr=subprocess.PIPE)
-    assert done.returncode == 2 and b"wanted DISPLAY set, or xvfb-run" in done.stderr
+    done = subprocess.run(
+        command, env={**environment, **display}, timeout=60, stderr=subprocess.PIPE
+    )
+    said = done.stderr.decode()
+    assert done.returncode == 2 and "xvfb-run before the command" in said
+    assert all(name in said for name in display.values())
 
 
 def test_a_parameter_that_nobody_reads_is_refused_and_help_says_whose_there_are():

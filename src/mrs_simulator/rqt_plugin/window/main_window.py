@@ -1,7 +1,9 @@
 """A window with the study widget, and the program around it."""
 
 import os
+import re
 import signal
+import socket
 import sys
 
 from mrs_simulator.core.garbage import spare_garbage_collection
@@ -12,6 +14,8 @@ from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
 from mrs_simulator.study.programs import BAD_INPUT
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw
+X_SOCKET, X_PORT = "/tmp/.X11-unix/X{}", 6000  # of X servers
+X_LIMIT = 3.0  # [s] of wall time for one to answer
 KEPT = ("across", "down", "shown", "programs")  # of the settings, whatever is opened
 SIZE = (1280, 740)  # [px] of the window at first
 
@@ -46,6 +50,13 @@ def open_application(program, arguments=()):
         text = "{}: no display: wanted DISPLAY set, or xvfb-run before the command"
         print(text.format(program), file=sys.stderr)
         sys.exit(BAD_INPUT)
+    silent = _silent_display()
+    if silent:  # the same
+        text = (
+            "{}: display {} does not answer: wanted one that runs, or xvfb-run before the command"
+        )
+        print(text.format(program, silent), file=sys.stderr)
+        sys.exit(BAD_INPUT)
     application = QApplication([sys.argv[0], *arguments])
     _end_on_signals(application)
     return application
@@ -79,6 +90,31 @@ def end_program(code):
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def _silent_display():
+    """Return the X display that Qt would use and that nobody serves, or ""."""
+    name = os.environ.get("DISPLAY", "")
+    others = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("QT_QPA_PLATFORM")
+    found = re.fullmatch(r"(?:unix)?([^:/]*):(\d+)(?:\.\d+)?", name)
+    if others or not found or not sys.platform.startswith("linux"):
+        return ""
+    host, number = found.groups()
+    address = X_SOCKET.format(number)
+    # With a NUL before it: in the abstract name space.
+    places = [(host, X_PORT + int(number))] if host else [address, "\0" + address]
+    return "" if any(map(_answers, places)) else name
+
+
+def _answers(place):
+    try:
+        family = socket.AF_UNIX if isinstance(place, str) else socket.AF_INET
+        with socket.socket(family) as tried:
+            tried.settimeout(X_LIMIT)
+            tried.connect(place)
+    except OSError:
+        return False
+    return True
 
 
 def _end_on_signals(application):

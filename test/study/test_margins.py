@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.study.search.margin_checks import (
@@ -94,6 +95,18 @@ def test_usual_axes_begin_at_what_the_scenario_has():
     assert axes["control.rate", 1.0] == 20.0 and axes["mismatch.delay", 1.0] == 0.1
     assert axes["links.loss", 0.9] == 0.0
     assert not any(key == "mismatch.speed" for key, _ in axes)  # a list is no number
+
+
+def test_axes_begin_at_entries_of_lists():
+    content = {"mismatch": {"speed": [1.0, 0.9]}, "sensors": [{"noise": {"range": 0.02}}]}
+    wanted = [("mismatch.speed[1]", 0.5), ("sensors[0].noise.range", 0.2)]
+    assert [axis.nominal for axis in axes_of(content, wanted)] == [0.9, 0.02]
+
+
+@pytest.mark.parametrize("key", ["mismatch.speed[2]", "mismatch.speed.1", "mismatch.speed[-1]"])
+def test_what_is_no_entry_of_a_list_is_refused(key):
+    with pytest.raises(ScenarioError, match="wanted a number in the scenario"):
+        axes_of({"mismatch": {"speed": [1.0, 0.9]}}, [(key, 0.5)])
 
 
 def test_rates_are_spaced_by_ratios():

@@ -261,6 +261,24 @@ def put_key(content, key, value):
     content[last] = value
 
 
+def value_under(content, key, missing=None):
+    """Return what ``content`` has under a path ``key`` of :func:`put_key`.
+
+    ``missing`` where a mapping lacks it, None where the path goes through what holds no such entry.
+    """
+    for part in re.findall(r"\[\d+\]|[^.\[]+|\[", key):
+        if isinstance(content, dict):
+            if part not in content:
+                return missing
+            content = content[part]
+        elif isinstance(content, list) and part[:1] == "[" and part[1:-1].isdigit():
+            count = int(part[1:-1])
+            content = content[count] if count < len(content) else None
+        else:
+            return None
+    return content
+
+
 def _entry(content, part, key, above=0):
     """Return what the mapping ``content`` has under ``part`` of a ``key``: ``sensors``, ``sensors[0]``.
 

@@ -5,6 +5,7 @@ import math
 from typing import NamedTuple
 
 from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.study.run.sweep import value_under
 from mrs_simulator.study.search.trials import LAW
 
 POINTS = 8  # of an axis that are tried before what breaks is bisected
@@ -83,11 +84,7 @@ def _axis(content, key, end):
 
 def _nominal(content, key, missing):
     """Return the number under the path ``key``, ``missing`` where there is none, None if no number."""
-    found = content
-    for part in key.split("."):
-        found = found.get(part, missing) if isinstance(found, dict) else None
-        if found is missing:
-            return missing
+    found = value_under(content, key, missing)
     number = isinstance(found, (int, float)) and not isinstance(found, bool)
     return float(found) if number else None
 

@@ -8,9 +8,9 @@ import pytest
 
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import unicycle_from_point_mass
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.study.analyses.analyse_command import main
 from mrs_simulator.study.analyses.law_probe import Probe, facts_of
-from mrs_simulator.study.analyses.linear_law import linear_law
 from mrs_simulator.study.run.simulating import simulate
 
 PATH = Topology(3, [(1, 2), (2, 3)], directed=False).laplacian()
@@ -20,7 +20,7 @@ STARTS = np.array([[0.0, 0.0, 0.5], [3.0, 0.0, 0.0], [1.0, 2.0, -1.0]])
 
 
 def law_of(matrix, constant=0.0):
-    return linear_law(matrix, np.broadcast_to(constant, len(matrix)))
+    return linear_theorem(matrix, np.broadcast_to(constant, len(matrix)))
 
 
 def test_a_path_of_three_has_what_its_laplacian_gives():

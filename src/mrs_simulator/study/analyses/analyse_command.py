@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 
+from mrs_simulator.core.linear_theorem import ZERO
 from mrs_simulator.core.program import program
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.writing import printing, write_text
@@ -14,7 +15,7 @@ from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.analyses.law_probe import SCALES, Probe, facts_of
-from mrs_simulator.study.analyses.linear_law import ZERO, weights_of
+from mrs_simulator.study.analyses.linear_law import weights_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.law_process import LawProcess
 

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import hand_points, point_mass_from_unicycle
-from mrs_simulator.study.analyses.linear_law import fitted, linear_law
+from mrs_simulator.core.linear_theorem import linear_theorem
+from mrs_simulator.study.analyses.linear_law import fitted
 
 SCALES = (0.3, 1.0, 3.0)  # [-] of the team's extent, over which states are spread
 CHECKED = 6  # states at each scale
@@ -82,7 +83,7 @@ def facts_of(probe):
     ``headings``: whether on headings; ``receives``: for each scale the matrix (n, n) of who moves whom;
     ``translation``, ``rotation``: whether velocities stay, or turn with the team; ``gradient``:
     whether the derivative is symmetric; ``residual`` [-]: of u = c - M x; ``linear``: the
-    ``linear_law``, of the law itself or near its ``equilibrium`` (n, 2), None without one; ``matrix``: M.
+    ``linear_theorem``, of the law itself or near its ``equilibrium`` (n, 2), or None; ``matrix``: M.
     """
     states = np.concatenate([probe.states(scale, CHECKED) for scale in SCALES])
     theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
@@ -115,7 +116,7 @@ def facts_of(probe):
         rotation=same(probe.at(states @ turn) @ turn.T),
         gradient=all(np.abs(j - j.T).max() <= SYMMETRIC * np.abs(j).max() for j in derivative),
         residual=fit.residual,
-        linear=linear_law(matrix, constant) if known else None,
+        linear=linear_theorem(matrix, constant) if known else None,
         equilibrium=equilibrium,
         matrix=matrix if known else None,
         asked=probe.asked,

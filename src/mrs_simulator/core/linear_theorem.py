@@ -1,0 +1,167 @@
+"""What theory says of a linear law, by its matrix: spectrum, limit, rate, and margins of period and delay.
+
+    x' = c - M x
+
+with x (m,) all coordinates of the team, robot by robot [m], M (m, m) [1/s] and c (m,) [m/s].
+"""
+
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from mrs_simulator.core.claims import NEGLIGIBLE, Condition, converges_to, invariant, rate
+from mrs_simulator.core.spectra import stable_step
+
+ZERO = 1e-7  # [-] of the largest eigenvalue, below which one that is computed counts as zero
+DEFECTIVE = 1e6  # [-] condition of the eigenvectors from which on M has too few
+MOST_NOISY = 40  # coordinates for which the equation of variances is solved
+
+
+class LinearTheorem(NamedTuple):
+    """What follows from M and c; see :func:`linear_theorem`."""
+
+    eigenvalues: np.ndarray  # (m,) [1/s], ascending by real part
+    zeros: int  # eigenvalues zero
+    rate: Optional[float]  # [1/s] of the slowest mode; None where one does not decay, or none moves
+    projection: Optional[np.ndarray]  # (m, m): what a start leaves in the limit
+    offset: Optional[np.ndarray]  # (m,) [m], which is added to that
+    drift: Optional[np.ndarray]  # (m,) [m/s] with which the limit moves
+    is_defective: bool  # then decays have a polynomial beside exp(-rate t)
+    is_stable: bool  # all modes but those that stay decay
+    longest_period: float  # [s] of held commands, inf where nothing decays
+    longest_delay: float  # [s], one on all of M x
+    noise: Optional[float]  # [s], mean variance of a coordinate per unit of velocity noise [m^2/s]
+
+    def limit(self, start):
+        """Return where a ``start`` (n, d) ends, (n, d) [m]; where it drifts, at time 0."""
+        return self._kept(start) + self._as(self.offset, start)
+
+    def claims(self, start, period, delay=0.0, place=0.02, share=0.02):
+        """Return what theory says of a run from ``start`` (n, d), a list of ``Condition`` and ``Claim``.
+
+        Commands are held for ``period`` [s], all of M x is late by ``delay`` [s].  The limit, which drifts
+        as the constant says, and what stays of the start hold within ``place`` [m], the decay rate within
+        ``share``; there is none of a defective M, or with a delay.
+        """
+        why, mu = "{:.4g} against {:.4g}".format, self._moving()
+        conditions = [
+            Condition("all that moves decays", self.is_stable, "or turns for ever", necessary=True)
+        ]
+        for name, value, most in (
+            ("Tc below its bound [s]", period, self.longest_period),
+            ("delay below its bound [s]", delay, self.longest_delay),
+        ):
+            conditions.append(Condition(name, bool(value < most), why(value, most), necessary=True))
+        if not all(condition.holds for condition in conditions):
+            return conditions
+        limit, drift = self.limit(start), self._as(self.drift, start)
+        staying = np.abs(drift).max() <= NEGLIGIBLE
+
+        def moved(run):
+            return run.hand - np.multiply.outer(run.time - run.time[0], drift)
+
+        def off(hand):
+            return np.linalg.norm(
+                hand - self._kept(hand) - self._as(self.offset, start), axis=(1, 2)
+            )
+
+        at_end = converges_to(limit, place, "distance from the limit [m]", free=True)
+        claims = [
+            at_end._replace(
+                measure=lambda run: at_end.measure(run._replace(hand=moved(run))),
+                place=limit if staying else None,
+            )
+        ]
+        if self.zeros:
+            kept = invariant(self._kept, place, "drift of what stays [m]")
+            claims.append(
+                kept._replace(measure=lambda run: kept.measure(run._replace(hand=moved(run))))
+            )
+        if len(mu) and not self.is_defective and not delay:
+            largest = max(float(np.abs(1.0 - period * mu).max()), 1e-300)
+            claims.append(
+                rate(-np.log(largest) / period, off, share, "decay rate of the error [1/s]")
+            )
+        return conditions + claims
+
+    def _moving(self):
+        size = np.abs(self.eigenvalues).max(initial=0.0)
+        return self.eigenvalues[np.abs(self.eigenvalues) > ZERO * size]
+
+    def _kept(self, points):
+        """Return what ``points`` (..., n, d) leave in the limit, (..., n, d) [m]."""
+        points = np.asarray(points, dtype=float)
+        rows = points.reshape(points.shape[:-2] + (len(self.projection), -1))
+        return (self.projection @ rows).reshape(points.shape)
+
+    def _as(self, values, points):
+        """Return ``values`` of coordinates in the shape of ``points`` (n, d)."""
+        values = np.reshape(values, (len(values), -1))
+        shape = len(values), np.size(points) // len(values)
+        return np.broadcast_to(values, shape).reshape(np.shape(points))
+
+
+def linear_theorem(matrix, constant=0.0):
+    """Return the :class:`LinearTheorem` of M = ``matrix`` (m, m) and c = ``constant`` (m,).
+
+    M is of all coordinates, robot by robot, or of n robots (n, n), all axes alike; c is then (n, d).
+
+    With ``P`` the projector on the null space of M along its range, the limit is ``P x(0) + D c``, D the
+    group inverse of M, and moves at ``P c``.  The delay is the least of ``(pi/2 - |arg mu|)/|mu|`` over
+    the eigenvalues mu that are not zero, the period that of ``spectra.stable_step``.  The variance is
+    that of ``M C + C M^T = I`` on the range of M.
+    """
+    matrix = np.asarray(matrix, dtype=float)
+    constant = np.broadcast_to(
+        np.asarray(constant, dtype=float).T, np.shape(constant)[1:] + (len(matrix),)
+    ).T
+    values, vectors = np.linalg.eig(matrix)
+    size = max(np.abs(values).max(initial=0.0), 1e-300)
+    moving = np.abs(values) > ZERO * size
+    mu, zeros = values[moving], int((~moving).sum())
+    projection = _projection(matrix, zeros, size)
+    stable = projection is not None and bool((mu.real > ZERO * size).all())
+    found = {"offset": None, "drift": None, "noise": None}
+    if stable:
+        group_inverse = np.linalg.inv(matrix + size * projection) - projection / size
+        found["offset"], found["drift"] = group_inverse @ constant, projection @ constant
+        found["noise"] = _variance(matrix, projection)
+    late = (0.5 * np.pi - np.abs(np.angle(mu))) / np.abs(mu)
+    return LinearTheorem(
+        values[np.argsort(values.real, kind="stable")],
+        zeros,
+        float(mu.real.min()) if stable and len(mu) else None,
+        projection if stable else None,
+        is_defective=bool(np.linalg.cond(vectors) > DEFECTIVE),
+        is_stable=stable,
+        longest_period=float(stable_step(mu)) if stable and len(mu) else np.inf,
+        longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,
+        **found,
+    )
+
+
+def _projection(matrix, zeros, size):
+    """Return the projector on the null space along the range, None where zero is defective."""
+    m = len(matrix)
+    if zeros == 0:
+        return np.zeros((m, m))
+    left, singular, right = np.linalg.svd(matrix)
+    if (singular <= 10.0 * ZERO * size).sum() != zeros:
+        return None
+    kernel, cokernel = right[m - zeros :].T, left[:, m - zeros :]
+    return kernel @ np.linalg.solve(cokernel.T @ kernel, cokernel.T)
+
+
+def _variance(matrix, projection):
+    """Return the mean variance of a coordinate on the range of M under white velocity noise."""
+    m = len(matrix)
+    moving = m - int(round(np.trace(projection)))
+    if not 0 < moving <= MOST_NOISY:
+        return None
+    basis = np.linalg.svd(np.eye(m) - projection)[0][:, :moving]  # of the range
+    back = np.linalg.pinv(basis) @ (np.eye(m) - projection)
+    inner = back @ matrix @ basis
+    eye = np.eye(moving)
+    both = np.kron(inner, eye) + np.kron(eye, inner)
+    variance = np.linalg.solve(both, (back @ back.T).ravel()).reshape(moving, moving)
+    return float(np.trace(basis @ variance @ basis.T)) / m

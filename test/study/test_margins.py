@@ -6,6 +6,7 @@ import pytest
 
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.draw.margins_figure import WORDS, margins_figure
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.study.search.margin_checks import (
     MarginsError,
@@ -13,8 +14,8 @@ from mrs_simulator.study.search.margin_checks import (
     read_margins,
     read_measured,
 )
-from mrs_simulator.study.search.margins import Axis, axes_of
-from mrs_simulator.study.search.margins_command import main
+from mrs_simulator.study.search.margins import USUAL, Axis, axes_of
+from mrs_simulator.study.search.margins_command import lines_of, main
 
 # Points with held commands agree for gains below 2/(lambda_max Tc): 20/3 /s for three in a row at 10 Hz,
 # and with gain 3 /s above 4.5 Hz.
@@ -133,6 +134,36 @@ def test_what_is_measured_is_compared_with_the_margin(delay, passed):
     assert check.passed is passed and check.subject == "margin of mismatch.delay"
     assert check.text.startswith("{:g} s measured, kept breaks at 0.21 s".format(delay))
     assert ("wanted 1.5 times" in check.text) is not passed
+
+
+def report_with(names):
+    breaks = dict.fromkeys(names)
+    breaks[names[0]] = [0.21, 0.2101]
+    axes = [dict(AXES[0], breaks=breaks, tried=8, refused="")]
+    axes.append(dict(axes[0], key="links.loss", unit="", breaks=dict.fromkeys(names)))
+    rest = {"dead": {}, "together": None, "failed": "", "runs": 9}
+    return {"nominal": dict.fromkeys(names, 1.0), "axes": axes, **rest}
+
+
+def test_a_wide_table_is_listed_axis_by_axis():
+    claims = [
+        "{} of the team at the end of the run [m]".format(k) for k in ("worst", "mean", "rms")
+    ]
+    assert lines_of(report_with(claims)) == [
+        "mismatch.delay [s] 0 to 1: 2 of 3 hold",
+        "  worst of the team at the end of the run [m]  breaks at 0.2101",
+        "links.loss 0 to 1: all 3 hold",
+        "9 runs",
+    ]
+    assert "  near" in lines_of(report_with(["kept", "near"]))[0]  # which fits a table
+
+
+def test_the_figure_has_words_and_units_of_every_usual_axis():
+    figure = margins_figure(report_with(["kept", "near"]), 3.5)
+    labels = [panel.get_xlabel() for panel in figure.axes]
+    assert labels == ["delay of commands [s]", "share of lost messages [-]"]
+    assert {axis.key for axis in USUAL} == set(WORDS)
+    assert all("[{}]".format(axis.unit or "-") in WORDS[axis.key] for axis in USUAL)
 
 
 def test_what_is_not_measured_or_does_not_break_is_no_trouble():

@@ -8,6 +8,13 @@ from mrs_simulator.study.draw.sweep_figures import FAILED, PASSED
 STRIP, REST = 0.2, 0.62  # [in], height of one requirement's bar, and of the rest of an axis
 BEYOND = 0.03  # [-] of an axis, drawn beyond its ends
 LEGEND = 0.3  # [in]
+WORDS = {  # with units, for the usual axes
+    "mismatch.delay": "delay of commands [s]",
+    "links.loss": "share of lost messages [-]",
+    "control.rate": "rate of commands [Hz]",
+    "mismatch.speed": "speed over commanded speed [-]",
+    "mismatch.track": "track over its nominal value [-]",
+}
 
 
 @styled
@@ -24,7 +31,8 @@ def margins_figure(report, width):
     for row, (key, axes) in enumerate(panels.items()):
         panel = figure.add_subplot(len(panels), 1, row + 1)
         _draw_axes(panel, axes, names)
-        panel.set_xlabel("{} [{}]".format(key, axes[0]["unit"]) if axes[0]["unit"] else key)
+        unit = axes[0]["unit"]
+        panel.set_xlabel(WORDS.get(key, "{} [{}]".format(key, unit) if unit else key))
         if row == 0:
             panel.legend(handles=_legend(), ncol=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     settle(figure)

@@ -18,6 +18,7 @@ from mrs_simulator.study.search.margins import Margins, axes_of
 
 REPORT, FIGURE = "margins.json", "margins"
 HOLDS = "holds"
+WIDEST = 100  # columns of a table; a wider one is listed axis by axis
 
 
 @printing
@@ -80,8 +81,9 @@ def lines_of(report):
     rows = [["", *names]] + [_cells(axis, names) for axis in report["axes"]]
     if report["dead"]:
         rows.append(["dead robot", *(_dead(report["dead"], name) for name in names)])
-    widths = [max(map(len, column)) for column in zip(*rows)]
-    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    lines = _table(rows)
+    if max(map(len, lines)) > WIDEST:
+        lines = _listed(rows)
     lines += [
         "{}: refused at some values: {}".format(axis["key"], axis["refused"])
         for axis in report["axes"]
@@ -92,6 +94,25 @@ def lines_of(report):
     if report["failed"]:
         lines.append("the law ended some of the runs, for one: {}".format(report["failed"]))
     return [*lines, "{} runs".format(report["runs"])]
+
+
+def _table(rows):
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
+def _listed(rows):
+    """Return below the label of each row what does not hold, by name, and how many others hold."""
+    (_, *names), *rows = rows
+    width, lines = max(map(len, names)), []
+    for label, *cells in rows:
+        broken = [pair for pair in zip(names, cells) if pair[1] != HOLDS]
+        rest = "" if broken else ": all {} hold".format(len(names))
+        if broken and len(broken) < len(names):
+            rest = ": {} of {} hold".format(len(names) - len(broken), len(names))
+        lines.append(label + rest)
+        lines += ["  {}  {}".format(name.ljust(width), cell) for name, cell in broken]
+    return lines
 
 
 def _cells(axis, names):

@@ -161,6 +161,14 @@ def run(*arguments):
     return caught.value.code
 
 
+def test_what_a_law_prints_is_limited(tmp_path, capfd):
+    path = tmp_path / "own.py"
+    path.write_text(LAW.replace("        return", "        print('asked')\n        return"))
+    assert run(path, "--robots", 3, "--topology", "path") == 0
+    said = capfd.readouterr().out
+    assert 150 < said.count("asked") < 170 and said.count("[more is not shown]") == 1
+
+
 def test_what_is_printed_can_be_stated_as_claims(tmp_path, capsys):
     path = tmp_path / "own.py"
     path.write_text(LAW)

@@ -4,6 +4,9 @@ Each function makes the control anew, so that a protocol's file may be edited me
 raise whatever the law raises.
 """
 
+import contextlib
+import io
+import sys
 from typing import Any, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -15,6 +18,7 @@ from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
+MOST_PRINTED = 1000  # [-] characters of what a law prints while it is asked for commands
 MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
 
 
@@ -92,12 +96,36 @@ def prediction(scenario):
     return Prediction(*_predicted_error(control, start, when), settling)
 
 
+class _Printed(io.TextIOBase):
+    """Passes the first characters on, over all questions to one process, and then that there is more."""
+
+    def __init__(self, most):
+        self._left = most
+
+    def write(self, text):
+        if self._left > 0:
+            self._left -= len(text)
+            cut = text if self._left > 0 else text[: self._left or None] + "\n[more is not shown]\n"
+            sys.__stdout__.write(cut)
+            sys.__stdout__.flush()  # as the process may be killed any time
+        return len(text)
+
+
+_PRINTED = _Printed(MOST_PRINTED)
+
+
 def commands_at(scenario, poses, time, fresh):
     """Return the commands (k, n, a) at ``poses`` (k, n, 3), all at ``time`` [s].
 
-    ``fresh``: each by a new instance of the law; else by one, in turn.  Raises ``ValueError`` for a law
-    of sensors, whose readings poses alone do not give.
+    ``fresh``: each by a new instance of the law; else by one, in turn.  Of what the law prints over all
+    calls the first ``MOST_PRINTED`` characters are shown.  Raises ``ValueError`` for a law of sensors,
+    whose readings poses alone do not give.
     """
+    with contextlib.redirect_stdout(_PRINTED):
+        return _commands_at(scenario, poses, time, fresh)
+
+
+def _commands_at(scenario, poses, time, fresh):
     control, found = make_control(scenario), []
     if control.SENSORS:
         text = "{} asks for sensors {}, wanted a law of positions"

@@ -73,7 +73,7 @@ def test_points_end_where_theory_says(tmp_path):
 def test_across_a_current_a_line_is_missed_without_the_integral(tmp_path):
     """Straight across: 6 m * 0.3/sqrt(1.2^2 - 0.3^2) = 1.549 m."""
     given = {"sigma": 0.0, "heading": 0.0}
-    scenario = shipped("line_of_sight", given, environment={"current": [0.0, 0.3]}, duration=80.0)
+    scenario = shipped("line_of_sight", given, environment={"current": [0.0, 0.3]}, duration=120.0)
     verdict = verdict_of(scenario, tmp_path)
     assert not failed(verdict)
     missed = check(verdict, "cross-track error, the largest [m]")

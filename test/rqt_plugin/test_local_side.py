@@ -46,7 +46,7 @@ def until(condition, limit=60.0):
         application.processEvents()
         time.sleep(0.005)
         if time.monotonic() > end:
-            print(gui.messages.toPlainText(), gui.study.processes.output("stage"))
+            print(gui.messages.toPlainText(), gui.study.processes.output("stage"), flush=True)
             os._exit(1)
 
 def click(name):
@@ -69,7 +69,7 @@ def save(directory):
 def end():
     gui.close_study()
     gui.study.processes.wait_closed()
-    print("done")
+    print("done", flush=True)
     os._exit(0)
 """
 

@@ -1,6 +1,7 @@
 """The window without ROS: its engine, and a study through the real window."""
 
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -332,6 +333,25 @@ def test_another_team_is_simulated_from_its_places(path):
         "a controller of 4 robots, wanted one of the simulated 2"
     ]
     assert script.all("state")[-1][0].kinds == ["amigobot", "amigobot"]
+
+
+def test_sensors_that_the_window_shows_are_read_and_sent(path):
+    """From the middle of a run on, in the law's time; what the run does stays the same."""
+    watched = {0: ["sonar"], 2: ["sonar"]}
+    script = played(
+        path,
+        (0, "control", (path,)),
+        (5, "watch", (watched,)),
+        (150, "watch", ({},)),
+        (5, "stop", ()),
+    )
+    stamp, readings = script.all("readings")[-1]
+    assert {row for row, own in readings.items() if "sonar" in own} >= set(watched)
+    assert 0.0 <= stamp - readings[0]["sonar"].stamp < 0.2
+    pickle.dumps(readings)
+    plain = played(path, (0, "control", (path,)), (160, "stop", ()))
+    (seen,), (alone,) = script.samples(), plain.samples()
+    np.testing.assert_array_equal(seen[150].pose, alone[150].pose)
 
 
 def test_the_emergency_stop_holds_until_it_is_released(path):

@@ -327,7 +327,8 @@ class Engine:
             if self._experiment is not None:
                 self._link.send("control", self._controller())
                 if self._watched:
-                    self._link.send("readings", (self.world.time, self._experiment.readings()))
+                    readings = self._experiment.sensors.readings(self.world.time)
+                    self._link.send("readings", (self.world.time, readings))
 
     def _send_state(self, is_sample):
         self._last["picture"] = time.monotonic()

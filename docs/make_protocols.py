@@ -2,8 +2,8 @@
 """Make the page of each shipped protocol: python3 docs/make_protocols.py [--text] [NAME ...]
 
 Its picture and its verdict come from a run of its scenario, all else from its docstring and its declared
-parameters: docs/protocols/NAME.md and docs/images/protocols/NAME.png.  With --text nothing is run: verdicts
-and pictures stay.
+parameters: docs/protocols/NAME.md, and in docs/images/protocols NAME.png, and NAME.svg, which moves.  With
+--text nothing is run: verdicts and pictures stay.
 """
 
 import functools
@@ -40,6 +40,7 @@ def main():
         run = simulate(scenario_name(name) + ".yaml")
         figure = run.trajectories(width=WIDTH, style={"font.size": 8.0})
         write_picture(name, figure)
+        run.animate(width=WIDTH).save(picture_path(name, ".svg"))
         told = [line for line in str(run).splitlines() if not line.startswith(OF_THE_MACHINE)]
         write(name, "\n".join(told))
         print("{:28}{}".format(name, told[0]), flush=True)
@@ -66,9 +67,9 @@ def page_path(name):
     return os.path.join(DOCS, "protocols", name + ".md")
 
 
-def picture_path(name):
-    """Return the path of the protocol's picture."""
-    return os.path.join(DOCS, "images", "protocols", name + ".png")
+def picture_path(name, ending=".png"):
+    """Return the path of the protocol's picture; the one with the ``ending`` ``.svg`` moves."""
+    return os.path.join(DOCS, "images", "protocols", name + ending)
 
 
 def write_picture(name, figure):
@@ -94,10 +95,8 @@ def page(name, verdict):
         "# `{}`".format(name),
         first,
         *remarks,
-        "![{}](../images/protocols/{}.png)".format(title, name),
-        "*{}.* Green: the robots' paths; black: those of theory, where it predicts them.".format(
-            title
-        ),
+        "![{}](../images/protocols/{}.svg)".format(title, name),
+        "*{}*, in eight seconds.".format(title),
         "## What theory says",
         stated(theorem),
         "## Parameters",
@@ -106,6 +105,8 @@ def page(name, verdict):
         "```sh\nmrs-simulator experiment {} --out {}\n```".format(scenario, name),
         "ends with",
         "```\n{}\n```".format(verdict),
+        "![Paths](../images/protocols/{}.png)".format(name),
+        "Green: the robots' paths; black: those of theory, where it predicts them.",
         "What each line says: [a verdict, line by line](../verdict.md). How to write a law of your own: "
         "[protocols](../protocols.md).",
         others(name),

@@ -181,7 +181,7 @@ def test_the_site_builds_without_a_warning(tmp_path):
         return (tmp_path / "site" / name / "index.html").read_text(encoding="utf-8")
 
     assert "calculateControlLaw" in built("api") and ":meth:" not in built("api")
-    assert 'src="../../images/protocols/consensus.png"' in built(
+    assert 'src="../../images/protocols/consensus.svg"' in built(
         os.path.join("protocols", "consensus")
     )
     assert "<math" in built(os.path.join("protocols", "consensus"))

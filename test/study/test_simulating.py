@@ -3,6 +3,7 @@
 import io
 import os
 import shutil
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from matplotlib.image import imread
 from mrs_simulator import Parameter, PioneerControl, load_scenario, make_twist, open_run, simulate
 from mrs_simulator.__main__ import main
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.draw.animation import Animation
+from mrs_simulator.study.draw.animation import Animation, Stage
 from mrs_simulator.study.draw.style import LookError
 from mrs_simulator.study.run.experiment import Experiment
 
@@ -121,12 +122,37 @@ def test_an_animation_shows_the_run(run):
     assert gif == Animation(run.run, seconds=0.5, rate=10.0, width=3.0).gif()
 
 
+def test_an_svg_moves_along_the_run(run, tmp_path):
+    path = run.animate(seconds=2.0, width=3.0).save(str(tmp_path / "film.svg"))
+    drawn = ElementTree.parse(path).getroot()
+    (moving,) = (each for each in drawn if each.get("id") == "moving")
+    moved = [each for each in moving.iter() if each.get("type") == "translate"]
+    assert len(moved) == run.run.pose.shape[1]
+    assert {each.get("dur") for each in moved} == {"2s"}
+    stage = Stage(run.run, 3.0)
+    for robot, each in enumerate(moved):
+        keys = [float(key) for key in each.get("keyTimes").split(";")]
+        places = [tuple(map(float, pair.split(","))) for pair in each.get("values").split(";")]
+        assert len(keys) == len(places) and keys[0] == 0.0 and keys[-1] == 1.0
+        for place, row in zip((places[0], places[-1]), (0, -1)):
+            x, y = (
+                stage.axes.transData.transform(run.run.pose[row, robot, :2])
+                * 72.0
+                / stage.figure.dpi
+            )
+            height = 72.0 * stage.figure.get_size_inches()[1]
+            assert place == pytest.approx((x, height - y), abs=0.06)
+    with open(path, "rb") as file:
+        assert file.read() == run.animate(seconds=2.0, width=3.0).svg()
+
+
 @pytest.mark.parametrize(
     "make, told",
     [
-        (lambda a: a.save("film.avi"), "film.avi: wanted a file .gif or .mp4"),
+        (lambda a: a.save("film.avi"), "film.avi: wanted a file .gif, .svg or .mp4"),
         (lambda a: Animation(a.run, seconds=0.0), "0 s at 12 Hz, of 31 samples: wanted from 1"),
         (lambda a: Animation(a.run, seconds=float("nan")), "nan s"),
+        (lambda a: Animation(a.run, stage=lambda run, width: None).svg(), "seen from above alone"),
     ],
 )
 def test_animations_that_cannot_be_had_are_named(run, make, told):

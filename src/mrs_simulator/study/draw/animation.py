@@ -1,4 +1,4 @@
-"""Animations of a run: robots, their trails and the edges of their graph, as GIF or MP4.
+"""Animations of a run: robots, their trails and the edges of their graph, as GIF, MP4 or moving SVG.
 
 Axes and what stands are drawn once; each frame adds what moves, obstacles on their tracks too.
 """
@@ -24,7 +24,9 @@ from mrs_simulator.study.draw.plane_figure import (
 )
 from mrs_simulator.study.draw.style import LookError
 
-SUFFIXES = (".gif", ".mp4")
+SUFFIXES = (".gif", ".mp4", ".svg")
+ENDINGS = ".gif, .svg or .mp4"
+FROM_ABOVE = "an SVG moves seen from above alone; wanted a file .gif or .mp4"
 WIDTH = 4.8  # [in]
 DPI = 100
 RATE = 12.0  # [Hz] frames of a file
@@ -58,15 +60,23 @@ class Animation:
         self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))
 
     def save(self, path):
-        """Write the animation to ``path``, ``.gif`` by Pillow or ``.mp4`` by ffmpeg; return the path."""
+        """Write the animation to ``path``, ``.gif`` or ``.svg``, or ``.mp4`` by ffmpeg; return the path."""
         suffix = os.path.splitext(path)[1]
         if suffix not in SUFFIXES:
-            raise LookError("{}: wanted a file .gif or .mp4".format(path))
+            raise LookError("{}: wanted a file {}".format(path, ENDINGS))
         if suffix == ".mp4":
             need_ffmpeg(path)
             return self._save_film(path)
-        write_bytes(path, self.gif())
+        write_bytes(path, self.gif() if suffix == ".gif" else self.svg())
         return path
+
+    def svg(self):
+        """Return the bytes of an SVG that moves in a browser, from above alone."""
+        from mrs_simulator.study.draw.moving_svg import moving_svg
+
+        if self._stage is not Stage:
+            raise LookError("an animation in space: " + FROM_ABOVE)
+        return moving_svg(Stage(self.run, self.width), self.rows, len(self.rows) / self.rate)
 
     def gif(self):
         """Return the bytes of a GIF that begins anew at its end."""
@@ -123,12 +133,12 @@ class Stage:
         self.figure = new_figure(width, height) if figure is None else figure
         self.figure.set_dpi(DPI)
         self.axes = self.figure.add_subplot(1, 1, 1)
-        low, high, self._carts = draw_ground(self.axes, run)
-        self._begun = run.meta.get(
+        low, high, self.carts = draw_ground(self.axes, run)
+        self.begun = run.meta.get(
             "scene_time", 0.0
         )  # [s] on the tracks of obstacles, as the run begins
-        self._length = ENLARGED * robot_length(run.pose[-1, :, :2], np.max(high - low))
-        colours = robot_colours(run.robots)
+        self.length = ENLARGED * robot_length(run.pose[-1, :, :2], np.max(high - low))
+        colours = self.colours = robot_colours(run.robots)
         self._edges = LineCollection([], colors="#b8c4d0", linewidths=0.8, zorder=1.5)
         self._trails = LineCollection([], colors=colours, linewidths=1.4, alpha=0.6, zorder=2)
         self._robots = PolyCollection([], facecolors=colours, edgecolors="white", linewidths=0.4)
@@ -137,9 +147,9 @@ class Stage:
         collections = self._edges, self._trails, self._robots
         for artist in collections:
             self.axes.add_collection(artist, autolim=False)
-        self.moving = (*(patch for _, patch in self._carts), *collections, self._clock)
+        self.moving = (*(patch for _, patch in self.carts), *collections, self._clock)
         settle(self.figure)
-        self._pairs = _pairs(run)
+        self.pairs = _pairs(run)
         self._behind = max(1, int(TRAIL * len(run.time)))
         self._still = None
 
@@ -150,11 +160,11 @@ class Stage:
         begin = max(0, row - self._behind)
         chosen = np.unique(np.linspace(begin, row, min(row - begin + 1, 200)).astype(int))
         self._trails.set_segments(list(pose[chosen, :, :2].transpose(1, 0, 2)))
-        self._robots.set_verts(robot_shapes(points, pose[row, :, 2], self._length))
-        if self._pairs is not None:
+        self._robots.set_verts(robot_shapes(points, pose[row, :, 2], self.length))
+        if self.pairs is not None:
             # Between the points that the law moves, in front of wheels' axles.
-            self._edges.set_segments(list(self.run.hand[row, :, :2][self._pairs]))
-        move(self._carts, self._begun + float(self.run.time[row]))
+            self._edges.set_segments(list(self.run.hand[row, :, :2][self.pairs]))
+        move(self.carts, self.begun + float(self.run.time[row]))
         self._clock.set_text("{:.1f} s".format(self.run.time[row]))
         return self.moving
 

@@ -16,7 +16,7 @@ def add_video(parser):
         const=DEFAULT,
         metavar="FILE",
         help="write an animation to the results' directory: run.mp4 where ffmpeg is installed, else "
-        "run.gif; or to FILE, .gif or .mp4",
+        "run.gif; or to FILE, .gif, .svg or .mp4",
     )
     parser.add_argument(
         "--space",
@@ -30,11 +30,13 @@ def check_video(arguments):
     """Raise ``LookError`` for a video that cannot be written."""
     if not arguments.video or arguments.video == DEFAULT:
         return
-    if not arguments.video.endswith((".gif", ".mp4")):
-        raise LookError("--video {}: wanted a file .gif or .mp4".format(arguments.video))
-    if arguments.video.endswith(".mp4"):
-        from mrs_simulator.study.draw.animation import need_ffmpeg
+    from mrs_simulator.study.draw.animation import ENDINGS, FROM_ABOVE, SUFFIXES, need_ffmpeg
 
+    if not arguments.video.endswith(SUFFIXES):
+        raise LookError("--video {}: wanted a file {}".format(arguments.video, ENDINGS))
+    if arguments.space and arguments.video.endswith(".svg"):
+        raise LookError("--space --video {}: {}".format(arguments.video, FROM_ABOVE))
+    if arguments.video.endswith(".mp4"):
         need_ffmpeg("--video " + arguments.video)
 
 

@@ -20,7 +20,7 @@ def main(argv=None):
     parser.add_argument("run", help="run.csv or its directory, or a rosbag of a ROS run")
     parser.add_argument("--speed", type=float, default=5.0, help="times as fast as recorded")
     parser.add_argument(
-        "--save", metavar="FILE", help="write FILE, .gif or .mp4, and open no window"
+        "--save", metavar="FILE", help="write FILE, .gif, .svg or .mp4, and open no window"
     )
     arguments = parser.parse_args(argv)
     with refusing_bad_input("view"):

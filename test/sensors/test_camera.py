@@ -228,8 +228,9 @@ def test_software_renders_and_the_log_says_why(monkeypatch, caplog):
     monkeypatch.setattr(renderers.pybullet, "loadPlugin", lambda *_, **__: -1)
     assert renderers.chosen_renderer(0) == renderers.SOFTWARE
     assert "/dev/dri/renderD0 is there, but EGL does not open it" in caplog.text
-    monkeypatch.setattr(renderers.pkgutil, "find_loader", lambda name: None)
-    assert renderers.chosen_renderer(0) == renderers.SOFTWARE
+    with monkeypatch.context() as patched:
+        patched.setattr(renderers.importlib.util, "find_spec", lambda name: None)
+        assert renderers.chosen_renderer(0) == renderers.SOFTWARE
     assert "built without EGL" in caplog.text
     (reading,), _ = sensed()
     assert reading.depth[29, 39] == pytest.approx(3.7, abs=0.01)

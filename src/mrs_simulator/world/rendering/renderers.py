@@ -1,8 +1,8 @@
 """Which of pybullet's renderers makes pictures: the graphics card where there is one, else software."""
 
 import glob
+import importlib.util
 import logging
-import pkgutil
 
 import pybullet
 
@@ -22,13 +22,13 @@ def chosen_renderer(client):
     if not cards:
         LOG.info(NO_CARD, ", ".join(DEVICES))
         return SOFTWARE
-    plugin = pkgutil.find_loader("eglRenderer")  # comes with pybullet, where it was built for it
+    plugin = importlib.util.find_spec(
+        "eglRenderer"
+    )  # comes with pybullet, where it was built for it
     if plugin is None:
         LOG.warning(FAILED, cards[0], "pybullet was built without EGL")
         return SOFTWARE
-    loaded = pybullet.loadPlugin(
-        plugin.get_filename(), "_eglRendererPlugin", physicsClientId=client
-    )
+    loaded = pybullet.loadPlugin(plugin.origin, "_eglRendererPlugin", physicsClientId=client)
     if loaded < 0:
         LOG.warning(FAILED, cards[0], "EGL does not open it")
         return SOFTWARE

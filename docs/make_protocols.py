@@ -24,7 +24,7 @@ DOCS = os.path.dirname(os.path.abspath(__file__))
 OTHER_NAMES = {"formation": "paper"}  # protocols whose scenario is not called like them
 BESIDE = {"trajectory": "Mellinger2011", "line_of_sight": "Borhaug2008"}  # not in the docstring
 WIDTH, RESOLUTION, COLOURS = 5.0, 110, 64  # [in], [px/in], [-] of the picture
-VERDICT = re.compile(r"^ends with\n\n```\n(.*?)\n```$", re.M | re.S)
+VERDICT = re.compile(r"^ends with\n\n```text\n(.*?)\n```$", re.M | re.S)
 OF_THE_MACHINE = "  achieved real-time factor"  # the verdict's line that is another one at each run
 
 
@@ -104,7 +104,7 @@ def page(name, verdict):
         "## Its verdict",
         "```sh\nmrs-simulator experiment {} --out {}\n```".format(scenario, name),
         "ends with",
-        "```\n{}\n```".format(verdict),
+        "```text\n{}\n```".format(verdict),
         "![Paths](../images/protocols/{}.png)".format(name),
         "Green: the robots' paths; black: those of theory, where it predicts them.",
         "What each line says: [a verdict, line by line](../verdict.md). How to write a law of your own: "

@@ -160,7 +160,7 @@ def test_a_wide_table_is_listed_axis_by_axis():
 
 def test_the_figure_has_words_and_units_of_every_usual_axis():
     figure = margins_figure(report_with(["kept", "near"]), 3.5)
-    labels = [panel.get_xlabel() for panel in figure.axes]
+    labels = [panel.get_xlabel() for panel in figure.axes if panel.get_xlabel()]
     assert labels == ["delay of commands [s]", "share of lost messages [-]"]
     assert {axis.key for axis in USUAL} == set(WORDS)
     assert all("[{}]".format(axis.unit or "-") in WORDS[axis.key] for axis in USUAL)

@@ -8,6 +8,7 @@ VARIABLE = "MRS_SIMULATOR_COMPILED"
 PREAMBLE = (
     "Failed in nopython mode",
     "Resolution failure",
+    "AssertionError()",  # of old versions, which name the function in the next line
 )  # lines of numba's messages before the cause
 
 

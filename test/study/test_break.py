@@ -10,6 +10,7 @@ from mrs_simulator.scenario.search import search_from
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.search.assure_command import main as assure
 from mrs_simulator.study.search.break_command import main as break_
+from mrs_simulator.study.search.margins_command import main as margins
 from mrs_simulator.study.search.space import Space, content_with
 from mrs_simulator.study.search.trials import try_variation
 
@@ -92,6 +93,25 @@ def test_nothing_found_is_no_proof(path, tmp_path, capsys):
     report = json.loads((out / "search.json").read_text())
     assert report["found"] is False and report["runs"] >= 12
     assert not os.path.exists(str(out / "counterexample.yaml"))
+
+
+def test_what_a_law_prints_is_limited_over_all_runs(path, tmp_path, capfd):
+    law = tmp_path / "own.py"
+    law.write_text(
+        "from mrs_simulator import PioneerControl\n\n\nclass Own(PioneerControl):\n"
+        "    def pointMassLaw(self, hand):\n        print('asked')\n        return -2.0 * hand\n"
+    )
+    text = SCENARIO.replace("consensus", str(law)).replace(", parameters: {gain: 1.0}", "")
+    text = text.replace("duration: 20", "duration: 2").replace("[0, 19]", "[0, 1]")
+    text = text.replace("  control.parameters.gain: [0.2, 12]\n", "").replace("step: 0.1\n", "")
+    with open(path, "w") as file:
+        file.write(text)
+    searched = ["--runs", 12, "--optimiser", "random"]
+    for command, more in ((break_, searched), (margins, ["--along", "control.rate=8"])):
+        more = [*more, "--formats", ""]
+        assert run(command, path, "--out", tmp_path / command.__module__, *more) in (0, 1)
+        said = capfd.readouterr().out
+        assert 150 < said.count("asked") < 170 and said.count("[more is not shown]") == 1
 
 
 def test_the_same_seed_finds_the_same(path, tmp_path):

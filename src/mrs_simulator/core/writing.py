@@ -11,6 +11,7 @@ import time
 FLUSH_PERIOD = 0.2  # [s] of wall time; a program that is killed loses no more than this
 AT_ONCE = 1 << 16  # [bytes] written by one call: larger ones make the system hand out new memory
 RETRY_PERIOD = 1.0  # [s] of wall time between two tries to write to a full disk
+MOST_PRINTED = 1000  # [-] characters of what a law prints while it is asked or run again and again
 MOST_PENDING = 1 << 23  # [bytes] kept in memory until there is room again
 READER_GONE = 141  # exit code, as of programs that a closed pipe ends
 UNWRITABLE = 2  # exit code
@@ -56,6 +57,26 @@ def printing(main):
             sys.stdout = output
 
     return printed
+
+
+class Limited(io.TextIOBase):
+    """A stream that passes the first characters on to ``stream()``, and then says that there is more.
+
+    ``left``: whose ``value`` is how many; processes may share it.
+    """
+
+    def __init__(self, left, stream=lambda: sys.__stdout__):
+        self._left, self._stream = left, stream
+
+    def write(self, text):
+        with getattr(self._left, "get_lock", contextlib.nullcontext)():
+            left = self._left.value
+            self._left.value = max(0, left - len(text))
+        if left > 0:
+            stream = self._stream()
+            stream.write(text if len(text) < left else text[:left] + "\n[more is not shown]\n")
+            stream.flush()  # as the process may be killed any time
+        return len(text)
 
 
 class _Output:

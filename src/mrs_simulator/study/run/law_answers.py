@@ -5,20 +5,19 @@ raise whatever the law raises.
 """
 
 import contextlib
-import io
-import sys
+from types import SimpleNamespace
 from typing import Any, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.writing import MOST_PRINTED, Limited
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.study.results.report import predicted_settling
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
-MOST_PRINTED = 1000  # [-] characters of what a law prints while it is asked for commands
 MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
 
 
@@ -96,22 +95,7 @@ def prediction(scenario):
     return Prediction(*_predicted_error(control, start, when), settling)
 
 
-class _Printed(io.TextIOBase):
-    """Passes the first characters on, over all questions to one process, and then that there is more."""
-
-    def __init__(self, most):
-        self._left = most
-
-    def write(self, text):
-        if self._left > 0:
-            self._left -= len(text)
-            cut = text if self._left > 0 else text[: self._left or None] + "\n[more is not shown]\n"
-            sys.__stdout__.write(cut)
-            sys.__stdout__.flush()  # as the process may be killed any time
-        return len(text)
-
-
-_PRINTED = _Printed(MOST_PRINTED)
+_PRINTED = Limited(SimpleNamespace(value=MOST_PRINTED))
 
 
 def commands_at(scenario, poses, time, fresh):

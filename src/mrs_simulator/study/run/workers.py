@@ -2,8 +2,11 @@
 
 import contextlib
 import os
+import sys
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
+
+from mrs_simulator.core.writing import Limited
 
 CONNECT_LIMIT = 10.0  # [s] of wall time to reach a Dask scheduler
 POLL = 5.0  # [s] of wall time between two looks at the cluster's workers
@@ -21,27 +24,29 @@ def failed(reason):
     return {"outcome": "failed", "passed": False, "reason": "", "ended": reason, "checks": []}
 
 
-def on_cores(run, tasks, jobs):
+def on_cores(run, tasks, jobs, printed=None):
     """``run(*task)`` for each of ``tasks``, in ``jobs`` processes of this machine (default: its cores).
 
-    Yields ``(row, verdict)`` as they end.
+    Yields ``(row, verdict)`` as they end.  ``printed``: a shared ``multiprocessing.Value``, how many
+    characters of what runs print are still shown; None for all.
     """
     waiting, jobs = deque(range(len(tasks))), jobs or os.cpu_count()
     while waiting:
         # A process that dies takes the whole pool with it: who did it shows when each runs alone.
-        for row in (yield from _in_one_pool(run, tasks, waiting, jobs)):
-            if (yield from _in_one_pool(run, tasks, deque([row]), 1)):
+        for row in (yield from _in_one_pool(run, tasks, waiting, jobs, printed)):
+            if (yield from _in_one_pool(run, tasks, deque([row]), 1, printed)):
                 yield row, failed("its process died")
 
 
-def _in_one_pool(run, tasks, waiting, jobs):
+def _in_one_pool(run, tasks, waiting, jobs, printed):
     """Run the tasks in the rows ``waiting``, which are taken from it; yield ``(row, verdict)``.
 
     Returns the rows that ran when the pool broke, if it did.  No more are handed in than can run, so
     that an interruption waits for no others.
     """
     running = {}
-    with contextlib.suppress(BrokenExecutor), ProcessPoolExecutor(jobs) as pool:
+    pool = ProcessPoolExecutor(jobs, initializer=_limit_printing, initargs=(printed,))
+    with contextlib.suppress(BrokenExecutor), pool:
         while waiting or running:
             while waiting and len(running) < jobs:
                 running[pool.submit(run, *tasks[waiting[0]])] = waiting[0]
@@ -50,6 +55,11 @@ def _in_one_pool(run, tasks, waiting, jobs):
                 verdict = future.result()
                 yield running.pop(future), verdict
     return sorted(running.values())
+
+
+def _limit_printing(printed):
+    if printed is not None:
+        sys.stdout = Limited(printed)
 
 
 def on_cluster(run, tasks, scheduler):

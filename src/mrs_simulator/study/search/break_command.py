@@ -1,12 +1,13 @@
 """The program ``break``: search the run that breaks a scenario's requirements, and shrink it."""
 
 import argparse
+import contextlib
 import json
 import os
 import sys
 
 from mrs_simulator.core.program import program
-from mrs_simulator.core.writing import printing, write_text
+from mrs_simulator.core.writing import Limited, printing, write_text
 from mrs_simulator.scenario.reading import load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import search_from
@@ -137,7 +138,8 @@ def break_scenario(arguments):
     )
     _write(report, arguments.out)
     scenario = _write_scenario(search, found, arguments.out)
-    run_experiment(scenario, os.path.join(arguments.out, RUN), formats=formats, look=look)
+    with contextlib.redirect_stdout(Limited(search.printed)):
+        run_experiment(scenario, os.path.join(arguments.out, RUN), formats=formats, look=look)
     print("\n".join(story_of(found, report, arguments.out)))
     return BROKEN
 

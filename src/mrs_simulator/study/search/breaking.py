@@ -1,10 +1,12 @@
 """The search for a run that breaks a requirement, and what is left of it when all else is taken away."""
 
 import math
+import multiprocessing
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import POSES, ROBOTS
 from mrs_simulator.study.run.workers import on_cluster, on_cores
@@ -38,6 +40,7 @@ class Search:
         self._jobs, self._scheduler = jobs, scheduler
         self._tell = tell or (lambda text: None)
         self.runs, self.errors = 0, {}
+        self.printed = multiprocessing.Value("l", MOST_PRINTED)  # of the laws, left to be shown
 
     def nominal(self):
         """Return the ``Trial`` of the scenario as it is; ``ScenarioError`` where that is none."""
@@ -52,7 +55,7 @@ class Search:
         if self._scheduler:
             done = on_cluster(try_variation, tasks, self._scheduler)
         else:
-            done = on_cores(try_variation, tasks, self._jobs)
+            done = on_cores(try_variation, tasks, self._jobs, self.printed)
         trials = [None] * len(tasks)
         for row, trial in done:
             dead = isinstance(trial, dict)  # as ``workers.failed`` says it

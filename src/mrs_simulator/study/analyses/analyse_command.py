@@ -14,22 +14,18 @@ from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.analyses.law_probe import SCALES, Probe, facts_of
-from mrs_simulator.study.analyses.linear_law import weights_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.law_process import LawProcess
+from mrs_simulator.verdict.derived.asking import FLYING, ideal_scenario
+from mrs_simulator.verdict.derived.law_probe import SCALES, Probe, facts_of
+from mrs_simulator.verdict.derived.linear_law import weights_of
 
 REPORT = "analysis.json"
 ROBOTS, TOPOLOGY, SIZE, APART = 5, "ring", 8.0, 1.0
 YES = {True: "yes", False: "no"}
 MOST_LISTED = 12  # robots, or eigenvalues, of which each is printed
+DIGITS = 9  # of what is printed to be pasted
 SHOWN = 1e-9  # [-] of the largest, below which numbers are printed as zero
-
-
-class AnalysisError(ValueError):
-    """A law that cannot be asked; the message says what was wanted."""
-
-    page = "docs/search.md#what-a-law-is"
 
 
 @printing
@@ -55,6 +51,8 @@ def _arguments(argv):
     parser.add_argument("--robots", type=int, metavar="N", help=text)
     text = "a preset ({}; of a scenario its own)".format(TOPOLOGY)
     parser.add_argument("--topology", metavar="NAME", help=text)
+    text = "of the points, unless a scenario says it (2)"
+    parser.add_argument("--dimension", type=int, choices=(2, 3), help=text)
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the states (0)")
     parser.add_argument("--out", metavar="DIR", help="directory for {}".format(REPORT))
     return parser.parse_args(argv)
@@ -78,6 +76,10 @@ def scenario_of(arguments):
         "topology": {"preset": arguments.topology or TOPOLOGY},
         "control": {"protocol": located_protocol(law, os.getcwd())},
     }
+    if arguments.dimension == 3:
+        heights = np.random.default_rng(arguments.seed).uniform(APART, layout["size"], n)
+        content.update(model=FLYING, altitude=heights.tolist())
+        content["control"]["dimension"] = 3
     return scenario_from_dict(content, "its team")
 
 
@@ -85,37 +87,18 @@ def analysed(scenario, seed=0):
     """Return the ``Facts`` of the scenario's law, and the ``Probe`` that found them.
 
     The law is asked in a process of its own, without limits, edges' faults and safety filter, of
-    Pioneers.  Raises ``ValueError``.
+    Pioneers, in space of Crazyflies.  Raises ``ValueError``.
     """
-    if scenario.control.dimension == 3:
-        raise AnalysisError("analyse: a law in space, wanted one in the plane")
-    process, ideal = LawProcess(), _ideal(scenario)
+    process, ideal = LawProcess(), ideal_scenario(scenario)
     try:
 
-        def ask(poses, time, fresh):
-            return process.ask("commands_at", ideal, poses, time, fresh)
+        def ask(*what):
+            return process.ask("velocities", ideal, *what)
 
-        probe = Probe(ask, ideal.starts, ideal.hand_length, seed)
+        probe = Probe(ask, process.ask("start_points", ideal), seed)
         return facts_of(probe), probe
     finally:
         process.close()
-
-
-def _ideal(scenario):
-    """Return a scenario of points with the law, graph and start of ``scenario``, and nothing else."""
-    given = scenario.to_dict()
-    own = given.get("control", {})
-    control = {key: own[key] for key in ("protocol", "parameters", "rate") if key in own}
-    content = {
-        "poses": scenario.poses[:, :3].tolist(),
-        "fidelity": "point_mass",
-        "limits": "none",
-        "seed": scenario.seed,
-        "control": {**control, "saturation": "none"},
-    }
-    if "topology" in given:
-        content["topology"] = given["topology"]
-    return scenario_from_dict(content, scenario.path or "analyse")._replace(path=scenario.path)
 
 
 def report_of(scenario, facts, probe):
@@ -164,7 +147,7 @@ def _theory(facts, scenario, probe):
         "rate": linear.rate,
         "held_rate": sampled_rate(facts.matrix, period) if linear.rate else None,
         "limit": linear.limit(probe.start).tolist() if known else None,
-        "drift": linear.drift.reshape(-1, 2).tolist() if known else None,
+        "drift": linear.drift.reshape(scenario.n, -1).tolist() if known else None,
         "longest_period": _finite(linear.longest_period),
         "longest_delay": _finite(linear.longest_delay),
         "largest_gain": _finite(linear.longest_period / period),
@@ -304,45 +287,29 @@ def _ends(linear, n):
 def _claims(facts, report):
     """Return the lines of claims that a law may state, from the linear theory."""
     linear, n = facts.linear, report["robots"]
-    if facts.equilibrium is not None or not linear.is_stable or linear.rate is None:
+    if facts.equilibrium is not None or not linear.is_stable or n > MOST_LISTED:
         return []
-    if not _is_stable_held(report["theory"]):
-        return []
-    if np.abs(linear.drift).max() > SHOWN or n > MOST_LISTED:
-        return []
-    decays = ", rate({:.9g}, off)".format(linear.rate) if not linear.is_defective else ""
+    matrix, constant = (np.asarray(each) for each in (facts.matrix, facts.constant))
+    weights = weights_of(matrix, n)
+    matrix = matrix if weights is None else weights
+    constant = constant if weights is None else constant.reshape(n, -1)
+    size = np.abs(matrix).max()
     return [
         "as claims of the law, to be compared with the paper's:",
         "import numpy as np",
-        "from mrs_simulator.core.claims import converges_to, rate",
+        "from mrs_simulator.core.linear_theorem import linear_theorem",
         "",
         "    def claims(self, start):",
-        "        limit = {}".format(_limit(linear, n)),
-        "",
-        "        def off(hand):",
-        "            return np.linalg.norm(hand - limit, axis=(1, 2))",
-        "",
-        "        return [converges_to(limit){}]".format(decays),
+        "        M = np.array({})".format(_numbers(matrix, size)),
+        "        c = np.array({})".format(_numbers(constant, max(size, np.abs(constant).max()))),
+        "        return linear_theorem(M, c).claims(start, self.period)",
     ]
 
 
-def _limit(linear, n):
-    """Return the expression of the limit (n, 2) from ``start`` (n, 2)."""
-    offset, weights = _numbers(linear.offset.reshape(n, 2)), weights_of(linear.projection, n)
-    if not linear.zeros:
-        return "np.array({})".format(offset)
-    if weights is None:
-        share = "(np.array({}) @ start.ravel()).reshape(-1, 2)".format(_numbers(linear.projection))
-    else:
-        meet = np.ptp(weights, axis=0).max() <= SHOWN
-        share = "np.array({}) @ start".format(_numbers(weights[0] if meet else weights))
-    return share if not np.any(offset) else "{} + {}".format(share, offset)
-
-
-def _numbers(values):
-    values = np.asarray(values, dtype=float)
-    size = max(np.abs(values).max(initial=0.0), 1.0)
-    return (np.where(np.abs(values) <= ZERO * size, 0.0, values).round(9) + 0.0).tolist()
+def _numbers(values, size):
+    """Return ``values`` in so many digits, those that are zero beside ``size`` as such."""
+    rows = np.where(np.abs(values) <= SHOWN * size, 0.0, values) + 0.0
+    return np.vectorize(lambda each: float("{:.{}g}".format(each, DIGITS)))(rows).tolist()
 
 
 if __name__ == "__main__":

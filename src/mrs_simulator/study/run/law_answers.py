@@ -14,6 +14,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.writing import MOST_PRINTED, Limited
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.study.results.report import predicted_settling
+from mrs_simulator.verdict.derived.asking import start_points, velocities_at
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 
@@ -98,29 +99,13 @@ def prediction(scenario):
 _PRINTED = Limited(SimpleNamespace(value=MOST_PRINTED))
 
 
-def commands_at(scenario, poses, time, fresh):
-    """Return the commands (k, n, a) at ``poses`` (k, n, 3), all at ``time`` [s].
+def velocities(scenario, points, theta, time, fresh):
+    """Return ``asking.velocities_at`` of the scenario.
 
-    ``fresh``: each by a new instance of the law; else by one, in turn.  Of what the law prints over all
-    calls the first ``MOST_PRINTED`` characters are shown.  Raises ``ValueError`` for a law of sensors,
-    whose readings poses alone do not give.
+    Of what the law prints over all calls the first ``MOST_PRINTED`` characters are shown.
     """
     with contextlib.redirect_stdout(_PRINTED):
-        return _commands_at(scenario, poses, time, fresh)
-
-
-def _commands_at(scenario, poses, time, fresh):
-    control, found = make_control(scenario), []
-    if control.SENSORS:
-        text = "{} asks for sensors {}, wanted a law of positions"
-        raise ValueError(text.format(type(control).__name__, ", ".join(control.SENSORS)))
-    for row, pose in enumerate(poses):
-        if fresh and row:
-            control = make_control(scenario)
-        if fresh or not row:
-            control.start()
-        found.append(control.commands(pose, time))
-    return np.array(found)
+        return velocities_at(scenario, points, theta, time, fresh)
 
 
 def _predicted_error(control, start, when):
@@ -138,5 +123,5 @@ def _largest_error(control, hand):
 
 ANSWERS = {
     function.__name__: function
-    for function in (facts, parameters_with, errors, prediction, commands_at)
+    for function in (facts, parameters_with, errors, prediction, velocities, start_points)
 }

@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import hand_points, point_mass_from_unicycle
 from mrs_simulator.core.linear_theorem import linear_theorem
-from mrs_simulator.study.analyses.linear_law import fitted
+from mrs_simulator.verdict.derived.linear_law import fitted
 
 SCALES = (0.3, 1.0, 3.0)  # [-] of the team's extent, over which states are spread
 CHECKED = 6  # states at each scale
@@ -25,39 +24,34 @@ AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
 
 
 class Probe:
-    """A law of n robots in the plane: velocities (k, n, 2) [m/s] of hand points at (k, n, 2) [m].
+    """A law of n robots: velocities (k, n, d) [m/s] of controlled points at (k, n, d) [m].
 
-    ``ask(poses, times, fresh)`` returns commands (k, n, 2) at ``poses`` (k, n, 3); ``l`` [m].
+    ``ask(points, theta, time, fresh)`` returns them, as ``asking.velocities_at``.
     """
 
-    def __init__(self, ask, starts, l, seed=0):
-        """``starts`` (n, 3): poses that the scenario begins with."""
-        self._ask, self._l = ask, l
+    def __init__(self, ask, start, seed=0):
+        """``start`` (n, d) [m]: the points that the scenario begins with."""
+        self._ask, self.start = ask, np.asarray(start, dtype=float)
         self.random = np.random.default_rng(seed)
-        self.start = hand_points(starts, l)
-        self.n, self.asked = len(starts), 0
+        (self.n, self.dimension), self.asked = self.start.shape, 0
         self.centre = self.start.mean(axis=0)
         self.extent = max(1.0, float(np.ptp(self.start, axis=0).max()))
 
     def at(self, points, theta=None, time=0.0, fresh=True):
-        """Return the velocities at ``points`` (k, n, 2), with random headings unless ``theta`` is given.
+        """Return the velocities at ``points`` (k, n, d), with random headings unless ``theta`` is given.
 
         ``fresh``: each by a new instance of the law; else in turn by one.
         """
         points = np.asarray(points, dtype=float)
         if theta is None:
             theta = self.random.uniform(-np.pi, np.pi, points.shape[:2])
-        ahead = self._l * np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-        poses = np.concatenate([points - ahead, np.asarray(theta)[..., np.newaxis]], axis=-1)
         self.asked += len(points)
-        commands = self._ask(poses, time, fresh)
-        rows = commands.reshape(-1, 2), np.ravel(theta), self._l
-        return point_mass_from_unicycle(*rows).reshape(points.shape)
+        return self._ask(points, theta, time, fresh)
 
     def states(self, scale, count):
-        """Return random states (count, n, 2), spread over ``scale`` times the team's extent."""
+        """Return random states (count, n, d), spread over ``scale`` times the team's extent."""
         size = scale * self.extent
-        return self.centre + self.random.uniform(-0.5, 0.5, (count, self.n, 2)) * size
+        return self.centre + self.random.uniform(-0.5, 0.5, (count, self.n, self.dimension)) * size
 
 
 class Facts(NamedTuple):
@@ -73,6 +67,7 @@ class Facts(NamedTuple):
     linear: Any
     equilibrium: Any
     matrix: Any
+    constant: Any
     asked: int
 
 
@@ -83,7 +78,8 @@ def facts_of(probe):
     ``headings``: whether on headings; ``receives``: for each scale the matrix (n, n) of who moves whom;
     ``translation``, ``rotation``: whether velocities stay, or turn with the team; ``gradient``:
     whether the derivative is symmetric; ``residual`` [-]: of u = c - M x; ``linear``: the
-    ``linear_theorem``, of the law itself or near its ``equilibrium`` (n, 2), or None; ``matrix``: M.
+    ``linear_theorem``, of the law itself or near its ``equilibrium`` (n, d), or None; ``matrix``,
+    ``constant``: M and c.
     """
     states = np.concatenate([probe.states(scale, CHECKED) for scale in SCALES])
     theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
@@ -100,7 +96,8 @@ def facts_of(probe):
         unknown = dict.fromkeys(Facts._fields)
         return Facts(**{**unknown, **plain, "asked": probe.asked})
     moved = probe.at(states + 0.7 * probe.extent)
-    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    turn = np.eye(probe.dimension)
+    turn[:2, :2] = [[0.6, 0.8], [-0.8, 0.6]]
     derivative = [jacobian(probe, state) for state in states[::CHECKED]]
     fit = _fit(probe)
     is_linear = fit.residual <= LINEAR
@@ -119,6 +116,7 @@ def facts_of(probe):
         linear=linear_theorem(matrix, constant) if known else None,
         equilibrium=equilibrium,
         matrix=matrix if known else None,
+        constant=constant if known else None,
         asked=probe.asked,
     )
 
@@ -141,7 +139,9 @@ def _receives(probe):
         for state in probe.states(scale, 3):
             elsewhere = np.repeat(state[np.newaxis], probe.n + 1, axis=0)
             rows = np.arange(probe.n)
-            elsewhere[rows, rows] += probe.random.uniform(0.05, 0.2, (probe.n, 2)) * probe.extent
+            elsewhere[rows, rows] += (
+                probe.random.uniform(0.05, 0.2, probe.start.shape) * probe.extent
+            )
             theta = np.zeros(elsewhere.shape[:2])
             velocity = probe.at(elsewhere, theta)
             change = np.abs(velocity[:-1] - velocity[-1]).max(axis=2)  # of i, where j was moved
@@ -151,9 +151,9 @@ def _receives(probe):
 
 
 def jacobian(probe, state):
-    """Return the derivative (2 n, 2 n) [1/s] of the velocities at ``state`` (n, 2), by differences."""
-    size, count = DIFFERENCE * probe.extent, 2 * probe.n
-    offsets = size * np.eye(count).reshape(count, probe.n, 2)
+    """Return the derivative (n d, n d) [1/s] of the velocities at ``state`` (n, d), by differences."""
+    size, count = DIFFERENCE * probe.extent, probe.start.size
+    offsets = size * np.eye(count).reshape(count, *probe.start.shape)
     theta = np.zeros((count, probe.n))
     ahead, behind = probe.at(state + offsets, theta), probe.at(state - offsets, theta)
     return ((ahead - behind) / (2.0 * size)).reshape(count, count).T
@@ -161,7 +161,7 @@ def jacobian(probe, state):
 
 def _fit(probe):
     """Return the ``Fit`` over all scales together, so that what changes with distance shows."""
-    count = 2 * probe.n + 1
+    count = probe.start.size + 1
     each = count // len(SCALES) + 2
     states = np.concatenate(
         [probe.states(scale, each) for scale in SCALES]
@@ -173,7 +173,7 @@ def _fit(probe):
 
 
 def _equilibrium(probe):
-    """Return where the team comes to rest from its start (n, 2), or None: by steps, then Newton's."""
+    """Return where the team comes to rest from its start (n, d), or None: by steps, then Newton's."""
     # Slightly beside its start, so that it leaves what only looks like rest.
     beside = NUDGE * probe.extent * probe.random.standard_normal(probe.start.shape)
     state, theta = probe.start + beside, np.zeros((1, probe.n))

@@ -16,6 +16,7 @@ from mrs_simulator.protocols.published.laws import Resumed
 from mrs_simulator.record.recording import part_of
 from mrs_simulator.record.run_changes import changed_by, changes_text
 from mrs_simulator.verdict.certificates import certificate_claims
+from mrs_simulator.verdict.derived.derived_theory import derived_control
 from mrs_simulator.verdict.estimation import estimation_measures
 from mrs_simulator.verdict.law.published_checks import (
     at_limit,
@@ -33,7 +34,16 @@ from mrs_simulator.verdict.theory.meetings import meetings, theory_track
 from mrs_simulator.verdict.theory.slipped_runs import slipped_run
 from mrs_simulator.verdict.theory.theorem import Points
 from mrs_simulator.verdict.user_values import claim_of, measures_of
-from mrs_simulator.verdict.verdict import FEWEST_SAMPLES, Late, Theory, judge, with_requirements
+from mrs_simulator.verdict.verdict import (
+    FEWEST_SAMPLES,
+    NOT_JUDGED,
+    Late,
+    Theory,
+    judge,
+    labelled,
+    with_reason,
+    with_requirements,
+)
 
 LONG = 1 << 21  # [-] robots over all samples, above which theory is drawn at some of these alone
 MOST_DRAWN = 4000  # [-] of them: more than a figure has dots across
@@ -52,19 +62,20 @@ NOISY = (
 UNRECORDED = ESTIMATED + ", which the record does not hold"
 
 
-def judged(run, control=None, foretold=None):
+def judged(run, control=None, foretold=None, derives=True):
     """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
 
     ``control`` makes the claims; requirements are those of the run's scenario.  The points are (m, n, d),
     or of a long run, or where only the end is known, a mapping of ``time`` and ``hand``, or None;
-    ``foretold`` is called with them as soon as they are known.
+    ``foretold`` is called with them as soon as they are known.  ``derives``: a law that states no theory is
+    judged by the linear one that follows from it, if any does.
     """
-    verdict, track = _judged_by_theory(run, control, foretold)
+    verdict, track = _judged_by_theory(run, control, foretold, derives)
     return with_requirements(verdict, requirement_results(control, run)), track
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of recordings with numbers near the largest
-def _judged_by_theory(run, control, foretold):
+def _judged_by_theory(run, control, foretold, derives):
     """Return the verdict without requirements, and the predicted points."""
     foretold = foretold or (lambda points: None)
     if control is None:
@@ -76,6 +87,8 @@ def _judged_by_theory(run, control, foretold):
         foretold(None)
         return judge(whole, unfit, guards=impossibilities(whole)), None
     control, run, changed = _since_changes(control, whole)
+    derived, why = derived_control(control, run) if derives else (None, "")
+    control = control if derived is None else derived
     control.begin_scene(run.meta.get("scene_time", 0.0))
     faults, unpredicted, measures = [], [], {}
     track = None if changed.ruled_out else _track(control, run, unpredicted)
@@ -91,6 +104,10 @@ def _judged_by_theory(run, control, foretold):
         track = None if changed.ruled_out else _end_of(run, claims)
         foretold(track)
     theory = _joined(theory, changed)
+    if derived is not None:
+        theory = theory._replace(
+            led=None
+        )  # collisions that the law itself leads to are no less wrong
     with _keeping(faults, "measures"):
         measures, wrong = measures_of(call(control.measures, run))
         faults += _faults("measures", wrong)
@@ -107,7 +124,9 @@ def _judged_by_theory(run, control, foretold):
     guards = safety_claims(control, whole) + impossibilities(whole)
     obedience = functools.partial(obedience_checks, control)
     verdict = judge(whole, claims + faults, measures, guards, theory, obedience)
-    return verdict, track
+    if derived is not None:
+        return labelled(verdict), track
+    return (with_reason(verdict, why) if verdict["outcome"] == NOT_JUDGED else verdict), track
 
 
 def _since_changes(control, run):

@@ -24,7 +24,7 @@ RESERVED = (
     "real_time_factor",
     "seed",
 )
-RESERVED += ("title", "protocol", "robots", "duration", "ended", "warnings", "versions")
+RESERVED += ("title", "protocol", "robots", "duration", "ended", "warnings", "versions", "derived")
 FLAGS = {Claim: ("free", "motion"), Condition: ("holds", "rules_out", "necessary")}
 TEXTS = {Claim: ("name", "unproved"), Condition: ("name", "why")}
 

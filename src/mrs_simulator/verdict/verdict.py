@@ -1,7 +1,8 @@
 """The verdict on a run: what theory predicts, what was measured, and whether they agree.
 
 A run *passed* where at least one claim of its protocol was judged and nothing judged failed, it
-*failed* where something did, and else it was *not judged*, for a stated reason.
+*failed* where something did, and else it was *not judged*, for a stated reason.  What passes by theory
+that was derived from the law itself is *self-consistent*: it agrees with itself, mistakes included.
 """
 
 import argparse
@@ -15,7 +16,7 @@ from typing import Any, Dict, NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.claims import QUESTIONS, ROBOTS, THEOREM, Condition, NothingDecays
-from mrs_simulator.core.doc_links import OF_FAILED, OF_NOT_JUDGED, named, words
+from mrs_simulator.core.doc_links import OF_FAILED, OF_NOT_JUDGED, OF_SELF_CONSISTENT, named, words
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.record.controller_log import deadlock_text
 from mrs_simulator.record.recording import closest_approach, part_of
@@ -25,13 +26,19 @@ from mrs_simulator.scenario.reading import reason
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.verdict.requirements.results import requirement_lines, summary
 from mrs_simulator.verdict.user_values import plain
-from mrs_simulator.verdict.verdict_file import read_verdict
+from mrs_simulator.verdict.verdict_file import OUTCOMES, read_verdict
 from mrs_simulator.version import __version__
 
 HOLDS = "holds"  # what is predicted of a condition
-PASSED, FAILED, NOT_JUDGED = "passed", "failed", "not_judged"  # outcomes
-WORDS = {PASSED: "PASSED", FAILED: "FAILED", NOT_JUDGED: "NOT JUDGED"}
-EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED}
+PASSED, FAILED, NOT_JUDGED, SELF_CONSISTENT = OUTCOMES
+WORDS = {
+    PASSED: "PASSED",
+    SELF_CONSISTENT: "SELF-CONSISTENT",
+    FAILED: "FAILED",
+    NOT_JUDGED: "NOT JUDGED",
+}
+EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED, SELF_CONSISTENT: OF_SELF_CONSISTENT}
+DERIVED = "by linear theory derived from the law, which states none"
 UNJUDGED_CODE = 3  # of programs that were told to require a verdict
 CELL = 13  # [-] letters of a number in the table for a terminal; a longer text stands after the outcome
 NO_PROTOCOL = "no protocol is known whose claims could be judged"
@@ -189,6 +196,26 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedienc
     return plain(verdict, "verdict")  # differences of finite numbers may be infinite
 
 
+def labelled(verdict):
+    """Return the ``verdict`` on a run that was judged by theory derived from its own law."""
+
+    def said(text):
+        return text.replace("published law", "derived law")
+
+    checks = [{**c, "name": said(c["name"]), "note": said(c["note"])} for c in verdict["checks"]]
+    verdict = {**verdict, "checks": checks, "derived": True, "passed": False}
+    if verdict["outcome"] == PASSED:
+        verdict["outcome"] = SELF_CONSISTENT
+    return with_reason(verdict, DERIVED)
+
+
+def with_reason(verdict, why):
+    """Return ``verdict`` with ``why`` behind its reason."""
+    if not why:
+        return verdict
+    return {**verdict, "reason": "; ".join(filter(None, (verdict["reason"], why)))}
+
+
 def with_requirements(verdict, results):
     """Return ``verdict`` with the ``results`` of the scenario's requirements: broken ones fail the run.
 
@@ -198,10 +225,10 @@ def with_requirements(verdict, results):
         return verdict
     verdict = {**verdict, "requirements": results}
     if any(each["met"] is False for each in results):
-        return {**verdict, "outcome": FAILED, "passed": False, "reason": ""}
-    if verdict["outcome"] == NOT_JUDGED:
-        verdict["reason"] = "; ".join(filter(None, (verdict["reason"], summary(results))))
-    return verdict
+        reason = DERIVED if verdict.get("derived") else ""
+        return {**verdict, "outcome": FAILED, "passed": False, "reason": reason}
+    theorem = verdict["outcome"] not in (NOT_JUDGED, SELF_CONSISTENT)
+    return verdict if theorem else with_reason(verdict, summary(results))
 
 
 def _obeyed(run, obedience):
@@ -268,10 +295,12 @@ def outcome_of(verdict):
 def exit_code(verdict, required=False):
     """Return the exit code of a program that ends with ``verdict``.
 
-    0 passed, 1 failed; not judged 0, or ``UNJUDGED_CODE`` where a verdict is ``required``.
+    0 passed, 1 failed; not judged and self-consistent 0, or ``UNJUDGED_CODE`` where a verdict is
+    ``required``.
     """
     unjudged = UNJUDGED_CODE if required else 0
-    return {PASSED: 0, FAILED: 1, NOT_JUDGED: unjudged}[outcome_of(verdict)]
+    codes = {PASSED: 0, FAILED: 1, NOT_JUDGED: unjudged, SELF_CONSISTENT: unjudged}
+    return codes[outcome_of(verdict)]
 
 
 def _collisions(run, led=None):
@@ -614,7 +643,7 @@ def verdict_text(verdict):
     lines.append(row.format("", "predicted", "measured", "tolerance", "").rstrip())
     for question in QUESTIONS:
         asked = [check for check in verdict["checks"] if check["question"] == question]
-        lines += ["  " + ASKED[question]] if asked else []
+        lines += ["  " + _heading(question, verdict)] if asked else []
         lines += [row.format(check["name"], *_said(check)) for check in asked]
     lines += requirement_lines(verdict.get("requirements", []))
     if verdict["final_gaps"]:
@@ -629,6 +658,17 @@ def verdict_text(verdict):
     if outcome_of(verdict) in EXPLAINED:
         lines.append("  what this means: {}".format(EXPLAINED[outcome_of(verdict)]))
     return "\n".join(lines)
+
+
+def _heading(question, verdict):
+    """Return the ``question`` of a block of lines."""
+    if not verdict.get("derived"):
+        return ASKED[question]
+    return (
+        ASKED[question]
+        .replace("theory hold", "its own linear theory hold")
+        .replace("published", "derived")
+    )
 
 
 def _said(check):

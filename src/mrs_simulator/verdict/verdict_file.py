@@ -16,6 +16,7 @@ KEYS = {
     "y_spread": (NUMBER, "a number", None),
     "min_distance": (NUMBER, "a number", None),
     "real_time_factor": (NUMBER, "a number", None),
+    "derived": (bool, "true or false", False),
 }
 LISTS = {
     "final_gaps": (NUMBER, "a list of numbers"),
@@ -23,7 +24,7 @@ LISTS = {
     "checks": (dict, "a list of mappings"),
     "requirements": (dict, "a list of mappings"),
 }
-OUTCOMES = ("passed", "failed", "not_judged")
+OUTCOMES = ("passed", "failed", "not_judged", "self_consistent")
 # What checks without a question ask, by the beginnings of their names; the others are of the theorem.
 ASKED = {
     LAW: ("commands off", "energy off", "broadcasts a robot", "exact share of events"),

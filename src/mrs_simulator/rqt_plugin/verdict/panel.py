@@ -7,7 +7,7 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 from mrs_simulator.verdict.requirements.results import known_bound, line_of
-from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
+from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, SELF_CONSISTENT, outcome_of
 
 HEADERS = (
     ("about", "Theorem, law, robots: which question the row answers; or a requirement"),
@@ -23,8 +23,14 @@ CLAIM, RESULT = 1, 2  # columns
 WORDS = {True: "passed", False: "FAILED", None: "not judged"}
 TINTS = {True: "good", False: "error", None: "aside"}
 ORDER = (False, True, None)  # of the rows about the same
-OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results are
-TITLES = {PASSED: "passed", FAILED: "FAILED", NOT_JUDGED: "not judged"}
+# Tinted as results are.
+OUTCOMES = {PASSED: True, SELF_CONSISTENT: None, FAILED: False, NOT_JUDGED: None}
+TITLES = {
+    PASSED: "passed",
+    SELF_CONSISTENT: "self-consistent",
+    FAILED: "FAILED",
+    NOT_JUDGED: "not judged",
+}
 BEFORE = "No verdict yet. Saving a run compares it with its protocol's theory."
 MOST_GAPS = 12
 REQUIREMENT = "requirement"

@@ -264,7 +264,7 @@ def _tried(law, content, setting, mutant=None):
         experiment.control = Mutated(experiment.control, mutant)
     with mutant.edit.made() if mutant is not None and mutant.edit else contextlib.nullcontext():
         run = _run(experiment)
-    return Trial(setting, judged(run, judge)[0], run.hand), run, judge
+    return Trial(setting, judged(run, judge, derives=False)[0], run.hand), run, judge
 
 
 def _run(experiment):
@@ -323,7 +323,7 @@ def _confirmed(law, content, trials):
         passed = [t for t in trials if t.setting.mode == mode and t.judged and not t.failures()]
         for trial in passed[:1]:
             right, run, judge = _tried(law, content, trial.setting)
-            wrong = [judged(run, mistaken(judge, sign))[0] for sign in (1.0, -1.0)]
+            wrong = [judged(run, mistaken(judge, sign), derives=False)[0] for sign in (1.0, -1.0)]
             found.update(confirmed(right.verdict, wrong))
     return found
 

@@ -21,7 +21,7 @@ from mrs_simulator.study.run.run_keys import forget, run_key
 from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
 from mrs_simulator.study.search.assurance import interval
 from mrs_simulator.verdict.requirements.results import known_bound
-from mrs_simulator.verdict.verdict import NOT_JUDGED, PASSED, outcome_of
+from mrs_simulator.verdict.verdict import NOT_JUDGED, PASSED, SELF_CONSISTENT, outcome_of
 from mrs_simulator.verdict.verdict_file import read_verdict
 
 TABLE = "sweep.csv"
@@ -209,6 +209,12 @@ def _refuse_shared_mistake(runs):
     raise SweepError("no run can begin: {}".format(refused))
 
 
+UNTESTED = {
+    SELF_CONSISTENT: "self-consistent",
+    NOT_JUDGED: "not judged",
+}  # no theorem was stated and tested
+
+
 def summary(verdicts, drawn=False):
     """Return in lines how many runs passed, and what kept the others from it, each with a count.
 
@@ -216,16 +222,17 @@ def summary(verdicts, drawn=False):
     """
     outcomes, reasons = Counter(map(outcome_of, verdicts)), Counter()
     for verdict in verdicts:
-        if outcome_of(verdict) == NOT_JUDGED:
-            reasons["not judged: " + verdict["reason"]] += 1
+        word = UNTESTED.get(outcome_of(verdict))
+        if word:
+            reasons["{}: {}".format(word, verdict["reason"])] += 1
             continue
         wrong = [check["name"] for check in verdict["checks"] if check["passed"] is False]
         wrong += ["requirement " + r["name"] for r in _requirements(verdict) if r["met"] is False]
         complete = verdict["ended"] == "complete"
         reasons.update(wrong if complete else [verdict["ended"]])
     lines = ["{} of {} runs passed".format(outcomes[PASSED], len(verdicts))]
-    if outcomes[NOT_JUDGED]:
-        lines[0] += ", {} not judged".format(outcomes[NOT_JUDGED])
+    for outcome, word in UNTESTED.items():
+        lines[0] += ", {} {}".format(outcomes[outcome], word) if outcomes[outcome] else ""
     if drawn:
         share = interval(outcomes[PASSED], len(verdicts), CONFIDENCE)
         text = "  {:g} % confidence interval of the share: {:.3g} % to {:.3g} %"

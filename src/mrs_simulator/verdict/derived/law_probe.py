@@ -12,6 +12,7 @@ from mrs_simulator.verdict.derived.linear_law import fitted
 
 SCALES = (0.3, 1.0, 3.0)  # [-] of the team's extent, over which states are spread
 CHECKED = 6  # states at each scale
+FEW = 3  # the same, of a law whose linear theory alone is wanted
 SAME = 1e-9  # [-] of the largest velocity, within which velocities are the same
 LINEAR = 1e-7  # [-] of the largest velocity or coefficient, within which a law is linear
 DIFFERENCE = 1e-5  # [-] of the extent, for derivatives
@@ -83,12 +84,7 @@ def facts_of(probe):
     """
     states = np.concatenate([probe.states(scale, CHECKED) for scale in SCALES])
     theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
-    velocities = probe.at(states, theta)
-    size = max(np.abs(velocities).max(), 1e-300)
-
-    def same(others, limit=SAME):
-        return bool(np.abs(others - velocities).max() <= limit * size)
-
+    same = _sameness(probe.at(states, theta))
     memory = _memory(probe, states, theta, same)
     headings = not memory and not same(probe.at(states, theta + 1.0))
     plain = {"memory": memory, "headings": headings, "receives": _receives(probe)}
@@ -119,6 +115,28 @@ def facts_of(probe):
         constant=constant if known else None,
         asked=probe.asked,
     )
+
+
+def linear_fit(probe):
+    """Return ``(fit, "")``, the ``Fit`` of a law of positions alone that is linear, or None and why not."""
+    states = np.concatenate([probe.states(scale, FEW) for scale in SCALES])
+    theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
+    same = _sameness(probe.at(states, theta))
+    memory = _memory(probe, states, theta, same)
+    if memory or not same(probe.at(states, theta + 1.0)):
+        return None, "which depends on {}".format(memory or "headings")
+    fit = _fit(probe)
+    return (fit, "") if fit.residual <= LINEAR else (None, "which is not linear")
+
+
+def _sameness(velocities):
+    """Return the function that says whether others are the same as these ``velocities`` (k, n, d)."""
+    size = max(np.abs(velocities).max(), 1e-300)
+
+    def same(others, limit=SAME):
+        return bool(np.abs(others - velocities).max() <= limit * size)
+
+    return same
 
 
 def _memory(probe, states, theta, same):

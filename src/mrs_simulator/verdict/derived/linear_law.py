@@ -20,11 +20,15 @@ def weights_of(projection, n):
 
 
 class Fit(NamedTuple):
-    """``u = c - M x`` through probed states: ``matrix``, ``constant`` and the largest ``residual`` [-]."""
+    """``u = c - M x`` through probed states: ``matrix``, ``constant`` and the largest ``residual`` [-].
+
+    ``size`` [m/s]: of the largest velocity there, which the residual is a share of.
+    """
 
     matrix: Any
     constant: Any
     residual: float
+    size: float
 
 
 def fitted(states, velocities, held_out):
@@ -41,4 +45,5 @@ def fitted(states, velocities, held_out):
     size = max(np.abs(solution[:-1]).max(), 1e-300)
     matrix = -size * (solution[:-1].T / size).round(DIGITS)
     constant = solution[-1] + matrix @ centre
-    return Fit(matrix, constant, float(missed / max(np.abs(velocities).max(), 1e-300)))
+    size = max(float(np.abs(velocities).max()), 1e-300)
+    return Fit(matrix, constant, float(missed) / size, size)

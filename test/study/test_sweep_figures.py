@@ -1,5 +1,6 @@
 """Figures of sweeps: heat maps over two keys, grids over three, and stability maps."""
 
+import itertools
 import os
 
 import numpy as np
@@ -53,6 +54,23 @@ def test_the_second_key_is_not_ignored_and_marks_tell_the_outcome():
     marks = {line.get_marker(): sorted(zip(*line.get_data())) for line in axes.lines}
     assert marks == {"x": [(1, 0), (1, 1)], ".": [(2, 0), (2, 1)]}
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["failed", "not judged"]
+
+
+def test_robustness_has_a_heat_map_about_zero(tmp_path):
+    table = []
+    for a, b in itertools.product((0, 1), (0, 1)):
+        met = a <= b
+        own = {"name": "kept", "unit": "m", "met": met, "low": b - a, "high": b - a - 0.5}
+        table.append(({"a": a, "b": b}, {"checks": [], "requirements": [own]}))
+    table[0][1]["requirements"][0]["met"] = None  # open: nothing is known, and nothing is drawn
+    figure = sweep_figure(table)
+    (image,) = [image for axes in figure.axes for image in axes.images]
+    shown = np.ma.filled(image.get_array(), np.nan)
+    np.testing.assert_array_equal(shown, [[np.nan, -1.5], [1.0, 0.0]])
+    assert (image.norm.vmin, image.norm.vmax) == (-1.5, 1.5)
+    marks = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert [sorted(zip(*line.get_data())) for line in marks] == [[(1, 0)]]
+    assert "robustness of kept\n[m]" in [axes.get_ylabel() for axes in figure.axes]
 
 
 def test_three_keys_give_a_grid_and_words_are_an_axis():

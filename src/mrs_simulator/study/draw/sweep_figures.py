@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from mrs_simulator.study.draw.canvas import WIDTH, new_figure, settle, styled
+from mrs_simulator.verdict.requirements.results import known_bound
 
 PASSED, FAILED, UNJUDGED = "#2e8b57", "#c00000", "#8a8a8a"
 POOLED = ("seed",)  # keys that are never an axis where there are others: their runs are averaged
@@ -19,6 +20,7 @@ NOT_DRAWN = ("collisions", "ended")
 MOST_PANELS = 6  # panels of a third key's values, evenly chosen where there are more
 MOST_TICKS = 9
 BOUNDARY_POINTS = 33  # along each axis, at which the theorem is asked
+ROBUSTNESS = "robustness of {}"
 PANEL = 1.7  # [in], height of a heat map
 CELL, NOTHING = (
     "0.35",
@@ -94,14 +96,22 @@ def _finite(value):
 
 
 def _series(table):
-    """Return by check's name the rows ``(values by key, measured, predicted, passed)``."""
-    series = {}
+    """Return by check's name the rows ``(values by key, measured, predicted, passed)``.
+
+    Requirements follow, each with its robustness as what was measured.
+    """
+    series, robustness = {}, {}
     for values, verdict in table:
+        for each in verdict.get("requirements", []):
+            name, margin = ROBUSTNESS.format(each["name"]), known_bound(each)
+            name += " [{}]".format(each["unit"]) if each["unit"] else ""
+            if _finite(margin):
+                robustness.setdefault(name, []).append((values, margin, None, each["met"]))
         for check in verdict["checks"]:
             if check["name"] not in NOT_DRAWN and _finite(check["measured"]):
                 row = (values, check["measured"], check["predicted"], check["passed"])
                 series.setdefault(check["name"], []).append(row)
-    return series
+    return {**series, **robustness}
 
 
 def axis_label(key, units):
@@ -206,10 +216,11 @@ def _cells(rows, x, y, columns, lines):
 
 def _draw_row(figure, panels, cells, name):
     means = np.array([mean for mean, _, _ in cells])
-    norm = _norm(means)
+    centred = name.startswith(ROBUSTNESS.format(""))
+    norm, colours = (_about_zero(means), "RdBu") if centred else (_norm(means), "viridis")
     for axes, (mean, failed, unjudged) in zip(panels, cells):
         image = axes.imshow(
-            np.maximum(mean, norm.vmin), origin="lower", aspect="auto", norm=norm, cmap="viridis"
+            np.maximum(mean, norm.vmin), origin="lower", aspect="auto", norm=norm, cmap=colours
         )
         axes.grid(False)
         axes.set_facecolor(NOTHING)
@@ -222,6 +233,12 @@ def _draw_row(figure, panels, cells, name):
     bar.set_label(_two_lines(name), fontsize=8)
     if not isinstance(norm, LogNorm):  # whole numbers beside the bar, no "+1" above it
         bar.ax.ticklabel_format(axis="y", useOffset=False)
+
+
+def _about_zero(means):
+    """Return a scale of colours whose middle is zero, where a requirement breaks."""
+    most = float(np.nanmax(np.abs(means))) or 1.0
+    return Normalize(-most, most)
 
 
 def _norm(means):

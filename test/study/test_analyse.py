@@ -5,16 +5,14 @@ import math
 
 import numpy as np
 import pytest
+from asked_laws import PATH, facts
 
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.study.analyses.analyse_command import main
 from mrs_simulator.study.run.simulating import simulate
-from mrs_simulator.verdict.derived.law_probe import Probe, facts_of
 
-PATH = Topology(3, [(1, 2), (2, 3)], directed=False).laplacian()
 CYCLE = Topology(3, [(1, 2), (2, 3), (3, 1)]).laplacian()
-STARTS = np.array([[0.2, 0.1], [3.2, 0.0], [1.0, 1.8]])
 
 
 def law_of(matrix, constant=0.0):
@@ -60,16 +58,6 @@ def test_pursuit_at_its_threshold_turns_for_ever_and_has_no_rate(n):
 
 
 # Laws that are asked -------------------------------------------------------------------------------
-
-
-def facts(law, starts=STARTS):
-    """Return the ``Facts`` of a law ``u(hand, time, call, theta)``."""
-
-    def ask(points, theta, time, fresh):
-        rows = enumerate(zip(points, theta))
-        return np.array([law(at, time, 0 if fresh else row, own) for row, (at, own) in rows])
-
-    return facts_of(Probe(ask, starts))
 
 
 def test_a_linear_law_is_found_with_its_matrix_and_offset():

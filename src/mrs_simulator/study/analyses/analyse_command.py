@@ -114,11 +114,19 @@ def report_of(scenario, facts, probe):
         "rotation": facts.rotation,
         "gradient": facts.gradient,
         "residual": facts.residual,
+        "equilibria": [_rest(*each) for each in facts.equilibria or ()],
         "equilibrium": None if facts.equilibrium is None else facts.equilibrium.tolist(),
     }
     if facts.linear is not None:
         report["theory"] = _theory(facts, scenario, probe)
     return report
+
+
+def _rest(points, theorem):
+    """Return an equilibrium as plain values: points [m], whether it is stable, eigenvalues [1/s]."""
+    values = theorem.eigenvalues
+    pairs = np.column_stack([values.real, values.imag]).tolist()
+    return {"points": points.tolist(), "stable": theorem.is_stable, "eigenvalues": pairs}
 
 
 def _declared(scenario):
@@ -169,6 +177,8 @@ def lines_of(scenario, facts, report):
         )
         rows.append(("is a gradient", YES[facts.gradient]))
         rows.append(("linear", _linear(facts)))
+        if facts.equilibria:
+            rows.append(("equilibria", _rests(report["equilibria"])))
     lines = ["{}, {} robots: what it is at {} probed states".format(*_subject(report))]
     lines += ["  {:18} {}".format(*row) for row in rows]
     if facts.linear is not None:
@@ -228,6 +238,13 @@ def _linear(facts):
     if facts.equilibrium is None:
         return "no (residual {:.1g}), and it does not come to rest".format(facts.residual)
     return "no (residual {:.1g})".format(facts.residual)
+
+
+def _rests(equilibria):
+    """Return how many kinds of ``equilibria`` were found and which are stable, in words."""
+    stable = sum(each["stable"] for each in equilibria)
+    text = "{} found that differ in their eigenvalues, {} of them stable"
+    return text.format(len(equilibria), stable)
 
 
 def _theory_rows(scenario, facts, report):

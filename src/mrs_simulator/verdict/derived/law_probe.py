@@ -21,6 +21,9 @@ LATER = 12.3  # [s] at which a law is asked again
 STEP, STEPS = 0.05, 2000  # [s], of the run that looks for an equilibrium
 NUDGE = 1e-3  # [-] of the extent, away from the start
 NEWTON = 20  # steps at most from where that run ends
+SOUGHT = 4  # states at each scale, from which other equilibria are looked for
+FARTHEST = 10.0  # [-] of the extent, beyond which an equilibrium is not told
+ALIKE = 1e-3  # [-] of the largest eigenvalue, by which those of one equilibrium may differ
 AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
 
 
@@ -67,6 +70,7 @@ class Facts(NamedTuple):
     residual: float
     linear: Any
     equilibrium: Any
+    equilibria: Any
     matrix: Any
     constant: Any
     asked: int
@@ -79,8 +83,9 @@ def facts_of(probe):
     ``headings``: whether on headings; ``receives``: for each scale the matrix (n, n) of who moves whom;
     ``translation``, ``rotation``: whether velocities stay, or turn with the team; ``gradient``:
     whether the derivative is symmetric; ``residual`` [-]: of u = c - M x; ``linear``: the
-    ``linear_theorem``, of the law itself or near its ``equilibrium`` (n, d), or None; ``matrix``,
-    ``constant``: M and c.
+    ``linear_theorem``, of the law itself or near its ``equilibrium`` (n, d), or None;
+    ``equilibria``: of a law that is not linear, ``(points, linear_theorem)`` of those with different
+    eigenvalues; ``matrix``, ``constant``: M and c.
     """
     states = np.concatenate([probe.states(scale, CHECKED) for scale in SCALES])
     theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
@@ -98,10 +103,10 @@ def facts_of(probe):
     fit = _fit(probe)
     is_linear = fit.residual <= LINEAR
     equilibrium = None if is_linear else _equilibrium(probe)
+    others = () if is_linear else _equilibria(probe, equilibrium)
     matrix, constant = fit.matrix, fit.constant
     if not is_linear and equilibrium is not None:
-        matrix = -jacobian(probe, equilibrium)
-        constant = matrix @ equilibrium.ravel()
+        matrix, constant = _linearised(probe, equilibrium)
     known = is_linear or equilibrium is not None
     return Facts(
         **plain,
@@ -111,6 +116,7 @@ def facts_of(probe):
         residual=fit.residual,
         linear=linear_theorem(matrix, constant) if known else None,
         equilibrium=equilibrium,
+        equilibria=others,
         matrix=matrix if known else None,
         constant=constant if known else None,
         asked=probe.asked,
@@ -173,7 +179,7 @@ def jacobian(probe, state):
     size, count = DIFFERENCE * probe.extent, probe.start.size
     offsets = size * np.eye(count).reshape(count, *probe.start.shape)
     theta = np.zeros((count, probe.n))
-    ahead, behind = probe.at(state + offsets, theta), probe.at(state - offsets, theta)
+    ahead, behind = (probe.at(state + sign * offsets, theta, fresh=False) for sign in (1.0, -1.0))
     return ((ahead - behind) / (2.0 * size)).reshape(count, count).T
 
 
@@ -197,7 +203,7 @@ def _equilibrium(probe):
     state, theta = probe.start + beside, np.zeros((1, probe.n))
     first = max(np.abs(probe.at(state[np.newaxis], theta)).max(), 1e-300)
     for _ in range(STEPS):
-        velocity = probe.at(state[np.newaxis], theta)[0]
+        velocity = probe.at(state[np.newaxis], theta, fresh=False)[0]
         state = state + STEP * velocity
         if not np.isfinite(state).all():
             return None
@@ -205,10 +211,52 @@ def _equilibrium(probe):
             break
     else:
         return None
+    return _rest(probe, state, first)
+
+
+def _rest(probe, state, first):
+    """Return the equilibrium (n, d) to which Newton's steps lead from ``state``, or None.
+
+    ``first`` [m/s]: the velocity of which ``AT_REST`` is rest.
+    """
+    theta = np.zeros((1, probe.n))
     for _ in range(NEWTON):
-        velocity = probe.at(state[np.newaxis], theta)[0]
+        velocity = probe.at(state[np.newaxis], theta, fresh=False)[0]
         if np.abs(velocity).max() <= AT_REST * first:
             return state
         step = np.linalg.lstsq(jacobian(probe, state), -velocity.ravel(), rcond=1e-6)[0]
         state = state + step.reshape(state.shape)
+        if not np.isfinite(state).all():
+            break
     return None
+
+
+def _equilibria(probe, known):
+    """Return ``(points, linear_theorem)`` of equilibria whose eigenvalues differ, the ``known`` one first.
+
+    Newton's steps look for them from random states; those that a symmetry maps to each other count once.
+    """
+    states = np.concatenate([probe.states(scale, SOUGHT) for scale in SCALES])
+    first = max(np.abs(probe.at(states, np.zeros(states.shape[:2]))).max(), 1e-300)
+    rests = [known, *(_rest(probe, state, first) for state in states)]
+    found = []
+    for state in rests:
+        if state is None or np.abs(state - probe.centre).max() > FARTHEST * probe.extent:
+            continue
+        theorem = linear_theorem(*_linearised(probe, state))
+        size = np.abs(theorem.eigenvalues).max()
+        if not any(_alike(theorem, other, size) for _, other in found):
+            found.append((state, theorem))
+    return tuple(found)
+
+
+def _alike(theorem, other, size):
+    """Return whether two spectra are the same, in any order of equal real parts."""
+    one, two = (np.sort_complex(np.round(each.eigenvalues / size, 4)) for each in (theorem, other))
+    return np.abs(one - two).max() <= ALIKE
+
+
+def _linearised(probe, state):
+    """Return M (n d, n d) and c (n d,) of the law near the equilibrium ``state`` (n, d)."""
+    matrix = -jacobian(probe, state)
+    return matrix, matrix @ state.ravel()

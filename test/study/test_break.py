@@ -4,6 +4,7 @@ import os
 import numpy as np
 import pytest
 
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.search import search_from
@@ -169,9 +170,56 @@ def test_draws_keep_robots_apart_and_within():
         Space(crowded, 3).draw(random)
 
 
+EDITED = {"edges": {"cut": 2, "add": 1}, "dead": 1}
+
+
+def test_edges_are_cut_and_added_and_robots_die():
+    graph = Topology(3, [(1, 2), (2, 3)], directed=False)
+    space, random = Space(search_from(EDITED, "search"), 3, graph), np.random.default_rng(0)
+    drawn = [space.variation(space.draw(random)) for _ in range(400)]
+    cuts = {str(each["edges"]["cut"]) for each in drawn if "edges" in each}
+    assert cuts == {"[]", "[[1, 2]]", "[[2, 3]]", "[[1, 2], [2, 3]]"}
+    assert {str(each["edges"]["add"]) for each in drawn if "edges" in each} == {"[]", "[[1, 3]]"}
+    assert {str(each.get("dead")) for each in drawn} == {"None", "[1]", "[2]", "[3]"}
+    assert any(not each for each in drawn)
+    with pytest.raises(ScenarioError, match="no topology whose edges"):
+        Space(search_from(EDITED, "search"), 3)
+
+
+def test_edits_become_a_topology_and_a_mismatch():
+    content = {
+        "robots": 4,
+        "poses": {"layout": "circle", "radius": 3.0},
+        "topology": {"preset": "path"},
+        "mismatch": {"speed": 0.9},
+    }
+    edits = {"edges": {"cut": [[2, 3]], "add": [[1, 4]]}, "dead": [4]}
+    changed = content_with(content, edits)
+    pairs = [each[:2] for each in changed["topology"]["edges"]]
+    assert [2, 3] not in pairs and [1, 4] in pairs and len(pairs) == 3
+    assert changed["mismatch"]["speed"] == [0.9, 0.9, 0.9, 0.0] and "speed" in content["mismatch"]
+    assert scenario_from_dict(changed).topology.n == 4 and content["topology"] == {"preset": "path"}
+
+
+@pytest.mark.parametrize("vary, found", [("edges={cut: 2, add: 1}", "edges"), ("dead=2", "dead")])
+def test_one_edit_that_breaks_is_found_and_shrunk_to(path, tmp_path, vary, found):
+    text = SCENARIO[: SCENARIO.index("search:")].replace("[1, 2, 0]", "[9, 2, 0]")
+    with open(path, "w") as file:
+        file.write(text.replace("point_mass", "kinematic"))
+    options = "--runs", 30, "--seed", 1, "--optimiser", "random", "--formats", "", "--vary", vary
+    assert run(break_, path, "--out", tmp_path / "out", *options) == 1
+    report = json.loads((tmp_path / "out" / "search.json").read_text())
+    edits = report["variation"][found]
+    assert len(edits) == 1 if found == "dead" else sum(map(len, edits.values())) == 1
+    assert load_scenario(str(tmp_path / "out" / "counterexample.yaml")).n == 3
+
+
 @pytest.mark.parametrize(
     "search, message",
     [
+        ({"edges": {"cut": 0}}, "wanted cut or add above 0"),
+        ({"edges": {"cuts": 1}}, "did you mean 'cut'"),
+        ({"dead": -1}, "search.dead: -1, wanted"),
         ({"poses": {"within": [1, 0, 0, 1]}}, "wanted x_min, y_min, x_max, y_max"),
         ({"control.rate": 3}, "wanted \\[from, to\\] or"),
         ({"control.rate": [3, 1]}, "wanted two numbers, the second the larger"),

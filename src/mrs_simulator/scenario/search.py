@@ -7,6 +7,8 @@
       mismatch.delay: [0, 0.4]                          # any key's path: from, to
       topology: {choices: [{preset: path}, {preset: cycle}]}
       robots: [2, 7]                                    # whole numbers, as of seed
+      edges: {cut: 2, add: 1}                           # of the topology, at most so many
+      dead: 1                                           # robots that never move, at most so many
 """
 
 import math
@@ -16,6 +18,8 @@ from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.scenario.reading import ScenarioError, Section, number, number_list, shown
 
 POSES, ROBOTS, SEED = "poses", "robots", "seed"
+EDGES, DEAD = "edges", "dead"
+MOST_EDITS = 20
 MOST_RANGES = 100
 
 
@@ -25,6 +29,13 @@ class PoseRange(NamedTuple):
     within: Tuple[float, float, float, float]  # x_min, y_min, x_max, y_max [m]
     apart: float = 0.0
     headings: Tuple[float, float] = (-math.pi, math.pi)
+
+
+class EdgeRange(NamedTuple):
+    """How many edges of the topology may be ``cut``, and how many others ``add``ed, at most."""
+
+    cut: int = 0
+    add: int = 0
 
 
 class Range(NamedTuple):
@@ -42,6 +53,8 @@ class Search(NamedTuple):
 
     ranges: Tuple[Range, ...] = ()
     poses: Optional[PoseRange] = None
+    edges: Optional[EdgeRange] = None
+    dead: int = 0  # robots that never move, at most
 
     @property
     def robots(self):
@@ -54,6 +67,10 @@ class Search(NamedTuple):
         if self.poses is not None:
             own = self.poses._asdict().items()
             result[POSES] = {key: list(v) if isinstance(v, tuple) else v for key, v in own}
+        if self.edges is not None:
+            result[EDGES] = dict(self.edges._asdict())
+        if self.dead:
+            result[DEAD] = self.dead
         for each in self.ranges:
             span = [int(each.low), int(each.high)] if each.whole else [each.low, each.high]
             result[each.key] = {"choices": list(each.choices)} if each.choices else span
@@ -77,9 +94,11 @@ def search_from(given, where):
     ranges = [
         _range(key, value, "{}.{}".format(where, key))
         for key, value in given.items()
-        if key != POSES
+        if key not in (POSES, EDGES, DEAD)
     ]
-    found = Search(tuple(ranges), poses)
+    edges = _edges(given[EDGES], "{}.{}".format(where, EDGES)) if EDGES in given else None
+    dead = Section(given, where).whole(DEAD, 0, low=0, high=MOST_EDITS) if DEAD in given else 0
+    found = Search(tuple(ranges), poses, edges, dead)
     if found.robots is not None and found.robots.choices:
         raise ScenarioError("{}.robots: {}, wanted [from, to]".format(where, shown(given[ROBOTS])))
     if found.robots is not None and poses is None:
@@ -99,6 +118,15 @@ def _poses(given, where):
     result = PoseRange(tuple(box), section.number("apart", 0.0, low=0.0), tuple(headings))
     section.done()
     return result
+
+
+def _edges(given, where):
+    section = Section(given, where)
+    found = EdgeRange(*(section.whole(k, 0, low=0, high=MOST_EDITS) for k in EdgeRange._fields))
+    section.done()
+    if not any(found):
+        raise ScenarioError("{}: {}, wanted cut or add above 0".format(where, shown(given)))
+    return found
 
 
 def _range(key, given, where):

@@ -77,7 +77,7 @@ def opened(arguments):
     content = load_yaml(path)
     scenario = scenario_of_file(content, path)
     varied = {**content.get("search", {}), **dict(map(_varied, arguments.vary))}
-    space = Space(search_from(varied, path + ": search"), scenario.n)
+    space = Space(search_from(varied, path + ": search"), scenario.n, scenario.topology)
     options = arguments.jobs, arguments.scheduler, _tell
     return Search(content, path, space, *options)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.scenario.search import POSES, ROBOTS
+from mrs_simulator.scenario.search import DEAD, EDGES, POSES, ROBOTS
 from mrs_simulator.study.run.workers import on_cluster, on_cores
 from mrs_simulator.study.search.trials import Trial, try_variation
 
@@ -141,6 +141,7 @@ class Search:
         name = found.trial.worst["name"]
         variation = self._fewer_robots(found.variation, name)
         variation = self._fewer_keys(variation, name)
+        variation = self._fewer_edits(variation, name)
         variation = self._rounder(variation, name)
         duration = self._shorter(variation, name)
         thresholds = [self._threshold(variation, key) for key in self._numbers(variation)]
@@ -176,6 +177,12 @@ class Search:
             less = {other: value for other, value in variation.items() if other != key}
             if self._breaks(less, name):
                 variation = less
+        return variation
+
+    def _fewer_edits(self, variation, name):
+        for less in _with_one_edit_less(variation):
+            if self._breaks(less, name):
+                return self._fewer_edits(less, name)
         return variation
 
     def _rounder(self, variation, name):
@@ -238,6 +245,19 @@ class Search:
             else:
                 held = middle
         return key, held, breaks
+
+
+def _with_one_edit_less(variation):
+    """Yield ``variation`` without one of its edited edges or dead robots; of each key one is left."""
+    edges, dead = variation.get(EDGES, {}), variation.get(DEAD, [])
+    if sum(map(len, edges.values())) > 1:
+        for key, pairs in edges.items():
+            for pair in pairs:
+                rest = [each for each in pairs if each != pair]
+                yield {**variation, EDGES: {**edges, key: rest}}
+    if len(dead) > 1:
+        for robot in dead:
+            yield {**variation, DEAD: [each for each in dead if each != robot]}
 
 
 def _rounded(value, digits):

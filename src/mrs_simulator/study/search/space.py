@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.protocols.loading import from_anywhere
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_of_file
-from mrs_simulator.scenario.search import POSES, ROBOTS
+from mrs_simulator.scenario.search import DEAD, EDGES, POSES, ROBOTS, EdgeRange
 from mrs_simulator.study.run.sweep import put_key
 
 DIGITS = 6  # of poses and numbers that are drawn
@@ -17,25 +17,42 @@ MOST_TRIES = 1000  # [-] places for one robot, before the box counts as full
 class Space:
     """The unit cube whose points are the variations of a scenario.
 
-    A *variation* is a mapping: numbers by the paths of keys, and ``poses``, a list of [x, y, theta].
+    A *variation* is a mapping: numbers by the paths of keys; ``poses``, a list of [x, y, theta];
+    ``edges``, a mapping of lists of pairs [i, j] by ``cut`` and ``add``; ``dead``, a list of robots.
     """
 
-    def __init__(self, search, robots):
-        """``search``: the scenario's; ``robots``: how many there are where that does not vary."""
+    def __init__(self, search, robots, topology=None):
+        """``search``: the scenario's; ``robots``: how many there are where that does not vary;
+        ``topology``: the graph whose edges it may edit, or None."""
         self.search, self._robots = search, robots
+        self._pairs = _pairs(search.edges, topology)
         most = int(search.robots.high) if search.robots else robots
-        self.size = len(search.ranges) + (3 * most if search.poses else 0)
+        self._edits = len(search.ranges)  # the first coordinate of what follows the ranges
+        self._poses = self._edits + sum(search.edges or ()) + search.dead
+        self.size = self._poses + (3 * most if search.poses else 0)
         if not self.size:
             raise ScenarioError("search: nothing varies; wanted poses or ranges of keys")
 
     def variation(self, point):
         """Return the variation at ``point`` (size,), each coordinate within [0, 1]."""
         values = {each.key: _value(each, at) for each, at in zip(self.search.ranges, point)}
+        values.update(self._edited(list(point[self._edits : self._poses])))
         if self.search.poses:
-            at = np.reshape(point[len(self.search.ranges) :], (-1, 3))
+            at = np.reshape(point[self._poses :], (-1, 3))
             at = at[: values.get(ROBOTS, self._robots)]
             low, high = self._corners()
             values[POSES] = np.round(low + at * (high - low), DIGITS).tolist()
+        return values
+
+    def _edited(self, coordinates):
+        """Return the edits that ``coordinates`` in [0, 1] mean: each is one of what it may be, or none."""
+        values, edges = {}, {}
+        for key, count in (self.search.edges or EdgeRange())._asdict().items():
+            own, coordinates = coordinates[:count], coordinates[count:]
+            edges[key] = _chosen(own, self._pairs[key])
+        dead = _chosen(coordinates, list(range(1, self._robots + 1)))
+        values.update({EDGES: edges} if any(edges.values()) else {})
+        values.update({DEAD: dead} if dead else {})
         return values
 
     def _corners(self):
@@ -47,12 +64,11 @@ class Space:
         point = random.random(self.size)
         if not self.search.poses:
             return point
-        ranges = len(self.search.ranges)
         robots = len(self.variation(point)[POSES])
         low, high = self._corners()
         places = []
         for row in range(robots):
-            begin = ranges + 3 * row
+            begin = self._poses + 3 * row
             for _ in range(MOST_TRIES):
                 place = low[:2] + point[begin : begin + 2] * (high - low)[:2]
                 if all(np.hypot(*(place - each)) >= self.search.poses.apart for each in places):
@@ -75,6 +91,26 @@ class Space:
         return max(0.0, self.search.poses.apart - float(least))
 
 
+def _pairs(edges, topology):
+    """Return by name which pairs [i, j] may be cut from the ``topology``, and which may be added."""
+    if edges is None:
+        return {"cut": [], "add": []}
+    if topology is None:
+        raise ScenarioError("search.edges: the scenario has no topology whose edges could change")
+    there = [list(edge[:2]) for edge in topology.edges]
+    known = there if topology.directed else there + [[j, i] for i, j in there]
+    numbers = range(1, topology.n + 1)
+    free = [[i, j] for i in numbers for j in numbers if i != j and [i, j] not in known]
+    free = free if topology.directed else [pair for pair in free if pair[0] < pair[1]]
+    return {"cut": there, "add": free}
+
+
+def _chosen(coordinates, values):
+    """Return which of ``values`` the ``coordinates`` in [0, 1] mean, each once; the least mean none."""
+    rows = {int(at * (len(values) + 1)) - 1 for at in coordinates}
+    return [values[row] for row in sorted(rows) if 0 <= row < len(values)]
+
+
 def _value(each, at):
     """Return what coordinate ``at`` in [0, 1] means for a ``Range``."""
     if each.choices:
@@ -84,12 +120,16 @@ def _value(each, at):
     return float(np.round(each.low + at * (each.high - each.low), DIGITS))
 
 
-def content_with(content, variation):
-    """Return the scenario's ``content``, a mapping, with the values of a ``variation`` and no search."""
+def content_with(content, variation, path=""):
+    """Return the scenario's ``content``, a mapping, with the values of a ``variation`` and no search.
+
+    ``path``: of its file.
+    """
     changed = copy.deepcopy(content)
     changed.pop("search", None)
     for key, value in variation.items():
-        put_key(changed, key, copy.deepcopy(value))
+        if key not in (EDGES, DEAD):
+            put_key(changed, key, copy.deepcopy(value))
     if POSES in variation:
         robots = changed["robots"] = len(variation[POSES])
         topology = changed.get("topology")
@@ -97,7 +137,31 @@ def content_with(content, variation):
             topology["edges"] = [each for each in topology["edges"] if max(each[:2]) <= robots]
         if isinstance(changed.get("model"), list):
             changed["model"] = (changed["model"] * robots)[:robots]
+    if EDGES in variation:
+        _edit_edges(changed, path, **variation[EDGES])
+    if DEAD in variation:
+        _stop(changed, path, variation[DEAD])
     return changed
+
+
+def _edit_edges(content, path, cut, add):
+    """Put the graph's edges into the scenario's ``content``, without those to ``cut``, with those to ``add``.
+
+    Edges of robots that are not there are left out.
+    """
+    topology = scenario_of_file(content, path).topology
+    kept = [list(edge) for edge in topology.edges if list(edge[:2]) not in cut]
+    kept += [pair for pair in add if max(pair) <= topology.n and pair not in [e[:2] for e in kept]]
+    content["topology"] = {"edges": kept, "directed": topology.directed}
+
+
+def _stop(content, path, dead):
+    """Let the robots with the numbers ``dead`` never move: their wheels turn at 0 of the speed."""
+    n = scenario_of_file(content, path).n
+    mismatch = content.setdefault("mismatch", {})
+    speed = mismatch.get("speed", 1.0)
+    speeds = list(speed) if isinstance(speed, list) else [speed] * n
+    mismatch["speed"] = [0.0 if row + 1 in dead else own for row, own in enumerate(speeds)]
 
 
 def varied_scenario(content, path, variation, title="", duration=None):
@@ -105,7 +169,7 @@ def varied_scenario(content, path, variation, title="", duration=None):
 
     ``content``: of the file at ``path``; ``title`` and ``duration`` [s]: others than the file's.
     """
-    changed = content_with(content, variation)
+    changed = content_with(content, variation, path)
     if duration is not None:
         changed["duration"] = duration
     scenario = from_anywhere(scenario_of_file(changed, path))

@@ -48,7 +48,7 @@ def try_variation(content, path, variation, until=None):
     ``path``: the scenario's file; ``until`` [s]: a shorter duration.
     """
     try:
-        changed = content_with(content, variation)
+        changed = content_with(content, variation, path)
         if until is not None:
             changed["duration"] = until
         return _trial(scenario_of_file(changed, path, "{} varied".format(path)))

@@ -145,7 +145,7 @@ def content_with(content, variation, path=""):
 
 
 def _edit_edges(content, path, cut, add):
-    """Put the graph's edges into the scenario's ``content``, without those to ``cut``, with those to ``add``.
+    """Put the graph's edges into a scenario's ``content``, without those to ``cut``, and those to ``add``.
 
     Edges of robots that are not there are left out.
     """

@@ -12,6 +12,7 @@ from mrs_simulator.scenario.requirements import SIGNALS
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.requirements.listing import main as list_signals
 from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
@@ -151,6 +152,64 @@ def test_the_signals_are_listed(tmp_path):
         list_signals([str(path)])
     assert "apart: always(distance > 0 m)" in text.getvalue()
     assert all(name in text.getvalue() for name in SIGNALS)
+
+
+OWN = """
+import numpy as np
+from mrs_simulator import PioneerControl, make_twist
+from mrs_simulator.protocols.curves import Curve
+
+class Own(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.1 * (i == 1), 0.0) for i in pos_map}
+
+    def curves(self, run):
+        time = run.time - run.time[0]
+        gap = run.pose[:, 1, 0] - run.pose[:, 0, 0]
+        return [Curve("Gap of the pair [m]", time, gap), Curve("no", [1], [2], across="Robot")]
+"""
+
+
+def own_results(tmp_path, **requirements):
+    (tmp_path / "own.py").write_text(OWN)
+    content = {
+        "poses": [[0, 0, 0], [3, 0, 0]],
+        "control": {"protocol": str(tmp_path / "own.py"), "rate": 10},
+        "duration": 1.0,
+        "requirements": requirements,
+    }
+    return {each["name"]: each for each in simulate(content).verdict["requirements"]}
+
+
+def test_curves_of_the_law_are_signals(tmp_path):
+    found = own_results(
+        tmp_path,
+        gap="always curve.gap_of_the_pair >= 2.95",
+        unknown="always curve.gap >= 0",
+        other="always curve.no >= 0",
+    )
+    assert found["gap"]["met"] is False and found["gap"]["margin"] == pytest.approx(-0.04, abs=0.02)
+    for name in ("unknown", "other"):
+        assert found[name]["met"] is None and "wanted one of gap_of_the_pair" in found[name]["note"]
+
+
+def test_readings_of_sensors_are_signals_at_each_step(tmp_path):
+    found = own_results(
+        tmp_path,
+        seen="always some robot(sensor.sonar.ranges > 2.5)",
+        far="always each robot(sensor.sonar.ranges > 2.5)",
+        field="always sensor.sonar.rangs > 2.2",
+    )
+    assert (
+        found["seen"]["met"] and found["far"]["met"] is False
+    )  # robot 2 is 2.6 m ahead of robot 1
+    assert found["far"]["member"] == "robot1" and -0.1 < found["far"]["margin"] < 0.0
+    assert found["field"]["met"] is None and "never had such a reading" in found["field"]["note"]
+
+
+def test_a_sensor_that_no_robot_has_is_refused_before_the_run(tmp_path):
+    with pytest.raises(ValueError, match="compass"):
+        own_results(tmp_path, seen="always sensor.compass.heading > 0")
 
 
 def test_results_are_read_back_and_what_is_none_is_refused(tmp_path):

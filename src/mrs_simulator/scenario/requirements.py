@@ -3,7 +3,7 @@
 from typing import NamedTuple, Optional
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
+from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT, predicates
 from mrs_simulator.core.temporal_logic.robustness import check
 from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
 from mrs_simulator.scenario.reading import ScenarioError, shown
@@ -46,11 +46,44 @@ SIGNALS = {
 }
 
 
+CURVE, SENSOR = "curve", "sensor"  # before the dot of signals that a law or a robot's sensor gives
+OPEN = {
+    CURVE: SignalKind("", None, "curve.NAME: a curve of the law over time, in its own unit"),
+    SENSOR: SignalKind("", ROBOT, "sensor.NAME.FIELD: the least of a reading, in its own unit"),
+}
+
+
+class _Signals(dict):
+    """The signals by name, with those that a law or sensors give, of which only the form is known."""
+
+    def __missing__(self, name):
+        parts = str(name).split(".")
+        if len(parts) != {CURVE: 2, SENSOR: 3}.get(parts[0]) or not all(parts):
+            raise KeyError(name)
+        return OPEN[parts[0]]
+
+    def __contains__(self, name):
+        try:
+            self[name]
+        except KeyError:
+            return False
+        return True
+
+
+ALL_SIGNALS = _Signals(SIGNALS)
+
+
 class Requirement(NamedTuple):
     """A formula, as ``text``, and its ``name``."""
 
     name: str
     text: str
+
+    @property
+    def sensors(self):
+        """Return the names and fields of the sensors of which the formula speaks, a set of pairs."""
+        names = {name for each in predicates(self.formula) for name in each.signals}
+        return {tuple(name.split(".")[1:]) for name in names if name.startswith(SENSOR + ".")}
 
     @property
     def formula(self):
@@ -73,7 +106,7 @@ def _read(name, text, where):
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
         raise ScenarioError("{}: {}, wanted a name of a requirement".format(where, shown(name)))
     try:
-        check(parse(text), text, SIGNALS)
+        check(parse(text), text, ALL_SIGNALS)
     except FormulaError as error:
         raise ScenarioError("{}.{}: {}".format(where, name, error)) from None
     return Requirement(name, text)

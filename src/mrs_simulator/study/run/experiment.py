@@ -68,7 +68,9 @@ class Experiment:
         asked = scenario.estimates.asked if scenario.estimates else ()
         rate, team = scenario.odometry_rate, self.world.team
         self._odometry_steps = 1 if rate is None else odometry_steps(team, rate, scenario.step)
-        self._asked_for = dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked))
+        required = sorted({name for each in scenario.requirements for name, _ in each.sensors})
+        names = (*self.control.SENSORS, *asked, *required)
+        self._asked_for = dict.fromkeys(range(scenario.n), names)
         self.sensors.activate(self._asked_for)
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)

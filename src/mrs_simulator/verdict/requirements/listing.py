@@ -6,7 +6,7 @@ import sys
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.scenario.requirements import SIGNALS
+from mrs_simulator.scenario.requirements import OPEN, SIGNALS
 from mrs_simulator.scenario.scenario import load_scenario
 
 
@@ -14,7 +14,7 @@ def listing():
     """Return the signals, their units and domains, as lines of text."""
     row = "  {:20} {:6} {:8} {}"
     lines = [row.format("signal", "unit", "of each", "")]
-    for name, kind in SIGNALS.items():
+    for name, kind in {**SIGNALS, **OPEN}.items():
         lines.append(row.format(name, kind.unit or "-", kind.domain or "-", kind.meaning))
     return "\n".join(lines)
 

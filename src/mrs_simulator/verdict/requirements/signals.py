@@ -1,5 +1,8 @@
 """The values of the signals that requirements speak of, in a recorded run."""
 
+import functools
+import re
+
 import numpy as np
 
 from mrs_simulator.control.user_code import call
@@ -7,7 +10,7 @@ from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
 from mrs_simulator.core.temporal_logic.robustness import Signal
-from mrs_simulator.scenario.requirements import SIGNALS
+from mrs_simulator.scenario.requirements import ALL_SIGNALS, CURVE, SENSOR
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.requirements.clearances import clearance, of_obstacle, of_robot
@@ -22,8 +25,9 @@ def signal_of(name, control, run):
 
     ``control``: the run's protocol, None where it is not known.
     """
-    kind = SIGNALS[name]
-    values = np.asarray(VALUES[name](control, run), dtype=float)
+    kind = ALL_SIGNALS[name]
+    find = VALUES.get(name) or functools.partial(_OPEN[name.split(".")[0]], name)
+    values = np.asarray(find(control, run), dtype=float)
     labels = _LABELS[kind.domain](control, run) if kind.domain else ()
     return Signal(values, kind.unit, kind.domain, labels)
 
@@ -151,6 +155,35 @@ def _contacts(control, run):
     return np.searchsorted(times, run.time, side="right")
 
 
+def _curve(name, control, run):
+    """Return the law's curve whose name, in small letters without its unit, is behind the dot."""
+    curves = [] if control is None else call(control.curves, run)
+    known = {_plain_name(each.name): each for each in curves if each.across == "time [s]"}
+    wanted = name.split(".", 1)[1]
+    if wanted not in known:
+        text = "the law has no curve {} over time, wanted one of {}"
+        raise Absent(text.format(wanted, ", ".join(sorted(known)) or "none"))
+    curve = known[wanted]
+    time, values = (np.asarray(each, dtype=float) for each in (curve.at, curve.measured))
+    return np.interp(run.time - run.time[0], time, values)
+
+
+def _plain_name(name):
+    """Return the ``name`` of a curve as formulas write it: "floor seen [-]" is floor_seen."""
+    return re.sub(r"[^a-z0-9]+", "_", name.split("[")[0].lower()).strip("_")
+
+
+def _reading(name, control, run):
+    """Return the least values (n, m) of a sensor's newest readings, as the run kept them."""
+    kept = run.meta.get("readings", {})
+    found = kept.get(tuple(name.split(".")[1:]))
+    if found is None:
+        raise Absent("{}: readings are kept in runs without ROS alone".format(name))
+    if np.isnan(found).any():
+        raise Absent("{}: a robot never had such a reading".format(name))
+    return found
+
+
 def _robot_labels(control, run):
     return ["robot{}".format(number) for number in run.robots]
 
@@ -172,6 +205,7 @@ def _of_two(run, rows):
 
 
 _LABELS = {ROBOT: _robot_labels, PAIR: _pair_labels, EDGE: _edge_labels}
+_OPEN = {CURVE: _curve, SENSOR: _reading}
 VALUES = {
     "time": lambda control, run: run.time - run.time[0],
     "x": lambda control, run: run.pose[:, :, 0].T,

@@ -17,6 +17,7 @@ from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, solid_of
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw.paint import pixels
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.registry import shipped_kinds
@@ -27,11 +28,12 @@ RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 ABOVE = Camera(pitch=-89.0)
 
 
-def scene(pose, kinds="pioneer3dx", **given):
+def scene(pose, kinds="pioneer3dx", spatial=None, **given):
     pose = np.array(pose, dtype=float).reshape(-1, 3)
     kinds = [kinds] * len(pose) if isinstance(kinds, str) else kinds
     shades = np.tile(RED, (len(pose), 1))
-    return Scene(Team(kinds).kinds, tuple(range(1, len(pose) + 1)), pose, shades)._replace(**given)
+    state = StateTable(0.0, tuple(range(1, len(pose) + 1)), pose=pose, spatial=spatial)
+    return Scene(Team(kinds).kinds, state, shades)._replace(**given)
 
 
 def layers(picture, kind_of_layer):

@@ -17,16 +17,23 @@ from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.scenario.team.load import Load
 from mrs_simulator.state.columns import LoadState
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.arms.models import MODELS
 from mrs_simulator.vehicles.arms.team import ArmedTeamInSpace
 
 POSE = np.array([[0.0, 0.0, 0.5], [3.0, 1.0, -2.0]])
+SHADES = np.full((2, 3), 0.4)
 
 
-def scene(**more):
+def scene_with(load, carried):
+    bare = scene()
+    return bare._replace(load=load, state=bare.state.replace(load=carried))
+
+
+def scene(**columns):
     kinds = (kind("husky_panda"), kind("husky_xarm6"))
-    return Scene(kinds, (1, 2), POSE, np.full((2, 3), 0.4), **more)
+    return Scene(kinds, StateTable(0.0, (1, 2), pose=POSE, **columns), SHADES)
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
@@ -51,12 +58,12 @@ def test_links_are_where_the_joints_are_and_the_last_ends_at_the_tool():
         np.testing.assert_allclose(each.links[0, 0, 2, 3], 0.32)  # the root, on the top plate
 
 
-def test_joints_of_another_team_are_left_out():
+def test_joints_fewer_than_an_arms_are_left_out():
     bent = scene(joints=np.ones((2, 8)))
-    for joints in (np.ones((3, 8)), np.ones((2, 2)), None):
+    for joints in (np.ones(2), np.ones((2, 2)), None):
         arms = [
-            placed_arms(each.kinds, each.place, each.turn, each.joints)[0].links
-            for each in (bent._replace(joints=joints), scene(), bent)
+            placed_arms(bent.kinds, bent.place, bent.turn, each)[0].links
+            for each in (joints, None, bent.state.joints)
         ]
         np.testing.assert_array_equal(arms[0], arms[1])
         assert np.abs(arms[0] - arms[2]).max() > 0.1
@@ -69,12 +76,10 @@ def faces(drawing):
 def test_arms_and_load_are_in_the_picture():
     load = Load(6.0, (0.3, 3.4, 0.1), ((0.0, 1.0, 0.0), (0.1, 0.0, 0.0), (0.0, -1.0, 0.0)))
     carried = LoadState(np.array([1.5, 0.5, 0.6]), np.array([0.0, 0.0, 0.0, 1.0]), np.zeros((3, 3)))
-    bare = Scene((kind("husky"),) * 2, (1, 2), POSE, np.full((2, 3), 0.4))
-    camera = framed(scene(load=(load, carried)), Camera(yaw=30.0, pitch=-30.0), 640, 400)
-    count = [
-        faces(drawn(each, camera, 640, 400))
-        for each in (bare, scene(), scene(load=(load, carried)))
-    ]
+    bare = scene()._replace(kinds=(kind("husky"),) * 2)
+    carrying = scene_with(load, carried)
+    camera = framed(carrying, Camera(yaw=30.0, pitch=-30.0), 640, 400)
+    count = [faces(drawn(each, camera, 640, 400)) for each in (bare, scene(), carrying)]
     assert count[0] + 100 < count[1] < count[2]
 
 
@@ -102,7 +107,7 @@ def test_what_is_above_the_ground_has_a_shadow():
     assert np.ptp(up, axis=0).max() < 0.1
     np.testing.assert_allclose(np.ptp(ahead, axis=0), [0.48, 0.08])
     without, with_it = (
-        drawn(each, Camera(), 640, 480) for each in (scene(), scene(load=(load, carried)))
+        drawn(each, Camera(), 640, 480) for each in (scene(), scene_with(load, carried))
     )
     assert shaded(with_it) == shaded(without) + 1
 

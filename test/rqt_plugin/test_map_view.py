@@ -445,7 +445,7 @@ def test_a_trail_gets_a_point_only_after_three_centimetres(view, step, points):
 def test_trails_are_bounded_and_keep_beginning_and_end():
     trails = map_trails.Trails(2)
     for count in range(10000):
-        trails.add(np.array([[0.04 * count, 0.0], [0.0, 1.0]]))
+        trails.add(np.array([[0.04 * count, 0.0], [0.0, 1.0]]), np.zeros(2))
         assert trails.count[0] <= map_trails.TRAIL_POINTS
     path = trails.path(0)
     assert trails.count[1] == 1 and trails.count[0] > 0.4 * map_trails.TRAIL_POINTS
@@ -848,7 +848,7 @@ def test_a_robot_dragged_in_the_air_keeps_its_height(view):
     edited = emitted(view.pose_edited)
     begin = at(view, *POSES[0, :2])
     drag(view, begin, begin + QPoint(60, -30))
-    assert {call[0] for call in edited} == {1} and view.team.z.tolist() == [4.0, 0.0, 1.0]
+    assert {call[0] for call in edited} == {1} and view.team.state.z.tolist() == [4.0, 0.0, 1.0]
 
 
 def test_robots_above_each_other_do_not_overlap(view):
@@ -892,11 +892,12 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     before = like(wood)
     snapshot = carried_snapshot(world)
     view.show_snapshot(snapshot)
-    assert view.scene_3d().load is None  # no load reported
+    assert view.scene_3d().carried is None  # no load reported
     view.show_load(given.load)
     app.processEvents()
     assert like(wood) > before + 20
-    assert view.scene_3d().load == (given.load, snapshot.load)
+    load, carried = view.scene_3d().carried
+    assert load is given.load and all(map(np.array_equal, carried, snapshot.load))
     history = History()
     history.append(snapshot)
     kept = history.state.load

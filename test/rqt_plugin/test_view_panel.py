@@ -53,8 +53,8 @@ def test_it_shows_the_maps_team_trails_targets_and_graph(shown):
     for step in range(4):
         team.show_snapshot(snapshot(step * 1.0, POSES + (0.5 * step, 0.0, 0.0)))
     scene = team.scene_3d()
-    assert scene.numbers == (1, 2, 3) and scene.edges == [(0, 1), (1, 2)]
-    assert np.allclose(scene.pose, POSES + (1.5, 0.0, 0.0))
+    assert scene.state.robots == (1, 2, 3) and scene.edges == [(0, 1), (1, 2)]
+    assert np.allclose(scene.state.pose, POSES + (1.5, 0.0, 0.0))
     assert np.allclose(scene.trails[0][[0, -1], 0], (0.0, 1.5)) and scene.targets.shape == (3, 3)
     team.set_trail_shown(2, False)
     team.set_targets_shown(False)
@@ -145,4 +145,4 @@ def test_no_robots_and_robots_unknown_are_no_trouble(shown):
     panel._next = 0.0
     panel.refresh()
     panel.grab()
-    assert panel.canvas._scene.numbers == (1, 2)
+    assert panel.canvas._scene.state.robots == (1, 2)

@@ -38,7 +38,7 @@ class Placed:
 def placed_arms(kinds, place, turn, joints):
     """Return the arms, a list of ``Placed``, of robots at ``place`` (n, 3), turned by ``turn`` (n, 3, 3).
 
-    ``joints`` (n, 1 + k) [rad]; None, or of another team: at home.  Arms without a description
+    ``joints`` (n, 1 + k) [rad]; None, or fewer than an arm has: at home.  Arms without a description
     are left out.
     """
     rows_of = {}
@@ -53,9 +53,8 @@ def placed_arms(kinds, place, turn, joints):
         except ScenarioError:
             continue
         q = np.array([arm.home for arm in arms])
-        given = np.zeros((0, 0)) if joints is None else np.asarray(joints)
-        if len(given) == len(kinds) and given.shape[1] > q.shape[1]:
-            q = given[rows, 1 : 1 + q.shape[1]]
+        if np.ndim(joints) == 2 and joints.shape[1] > q.shape[1]:
+            q = joints[rows, 1 : 1 + q.shape[1]]
         bases = np.tile(np.eye(4), (len(rows), 1, 1))
         bases[:, :3, :3], bases[:, :3, 3] = turn[rows], place[rows]
         roots = bases @ np.array([arm.placed for arm in arms])

@@ -12,6 +12,7 @@ from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
+from mrs_simulator.state.columns import JOINTS, LOAD, ORIENTATION
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
@@ -22,33 +23,36 @@ FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
 
 
 class Scene(NamedTuple):
-    """The visible state of n robots at one time."""
+    """A team of n robots at one time, and what is around it."""
 
     kinds: Tuple[Any, ...]  # a ``Kind`` each
-    numbers: Tuple[int, ...]
-    pose: Any  # (n, 3) [m, m, rad]
+    state: Any  # a ``StateTable`` of the robots at one time
     shades: Any  # (n, 3) the robots' colours, red, green, blue in 0..1
-    spatial: Any = None  # a ``Spatial`` where robots leave the ground
     trails: Tuple[Any, ...] = ()  # (k, 3) [m] each, one for each robot
     targets: Any = None  # (n, 3) [m]
     edges: Any = ()  # pairs of rows of robots
     obstacles: Tuple[Any, ...] = ()
     numbered: bool = True
-    joints: Any = None  # (n, 1 + k) [rad] of robots with arms, None: at home
-    load: Any = None  # a ``load.Load`` and its ``LoadState``
+    load: Any = (
+        None  # the ``load.Load`` that they carry together, seen where the state has its pose
+    )
 
     @property
     def place(self):
         """Return the robots' positions (n, 3) [m]."""
-        z = np.zeros(len(self.pose)) if self.spatial is None else self.spatial.z
-        return np.column_stack([self.pose[:, :2], z])
+        return np.column_stack([self.state.pose[:, :2], self.state.heights])
 
     @property
     def turn(self):
         """Return the robots' rotation matrices (n, 3, 3), from their frames into the common frame."""
-        if self.spatial is None:
-            return robots.about_z(self.pose[:, 2])
-        return robots.rotations(self.spatial.orientation)
+        if self.state.has(ORIENTATION):
+            return robots.rotations(self.state.orientation)
+        return robots.about_z(self.state.pose[:, 2])
+
+    @property
+    def carried(self):
+        """Return the load and its ``LoadState``, None where there is none or its pose is unknown."""
+        return (self.load, self.state.load) if self.load and self.state.has(LOAD) else None
 
     @property
     def on_water(self):
@@ -63,8 +67,8 @@ def framed(scene, camera, width, height):
     points = [_room_of_robots(scene), *(trail for trail in scene.trails if len(trail))]
     if scene.targets is not None:
         points.append(scene.targets)
-    if scene.load is not None:
-        points.append(load_corners(*scene.load))
+    if scene.carried is not None:
+        points.append(load_corners(*scene.carried))
     for arms in _arms(scene):
         points.append(arms.links[:, :, :3, 3].reshape(-1, 3))
     for obstacle in scene.obstacles:
@@ -83,14 +87,15 @@ def _arms(scene):
     """Return the arms of the scene's robots, a list of ``pictures.arms.Placed``."""
     if all(kind.arm is None for kind in set(scene.kinds)):
         return []
-    return placed_arms(scene.kinds, scene.place, scene.turn, scene.joints)
+    joints = scene.state.joints if scene.state.has(JOINTS) else None
+    return placed_arms(scene.kinds, scene.place, scene.turn, joints)
 
 
 def _above(scene, arms):
     """Return outlines (k, 2) [m] of ``arms``, and of the scene's load, as seen from straight above."""
     links = [links for each in arms for links in each.links]
     outlines = [outline for each in links for outline in arm_outlines(each)]
-    return outlines if scene.load is None else [*outlines, load_outline(*scene.load)]
+    return outlines if scene.carried is None else [*outlines, load_outline(*scene.carried)]
 
 
 def _room_of_robots(scene):
@@ -105,7 +110,7 @@ def _room_of_robots(scene):
 def drawn(scene, camera, width, height, palette=LIGHT):
     """Return the ``Drawing`` of ``scene`` seen by ``camera``, ``width`` by ``height`` [px]."""
     view, place, water = View(camera, width, height, palette), scene.place, scene.on_water
-    team = robots.seen_robots(view, scene.kinds, scene.pose, place, scene.turn, scene.shades)
+    team = robots.seen_robots(view, scene.kinds, scene.state.pose, place, scene.turn, scene.shades)
     land = [obstacle for obstacle in scene.obstacles if is_flat(obstacle)]
     arms = _arms(scene)
     layers = (
@@ -122,10 +127,10 @@ def drawn(scene, camera, width, height, palette=LIGHT):
             team,
             [each for each in scene.obstacles if not is_flat(each)],
             arms,
-            scene.load,
+            scene.carried,
         ),
         ground.unit(view),
-        robots.numbers(view, team, scene.numbers) if scene.numbered else None,
+        robots.numbers(view, team, scene.state.robots) if scene.numbered else None,
     )
     colour = palette.water if water else palette.ground
     return Drawing(view.width, view.height, colour, tuple(each for each in layers if each))

@@ -20,7 +20,6 @@ from mrs_simulator.ros.node.node_parameters import PICTURES
 from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, scene_time
-from mrs_simulator.state.columns import LOAD, SPATIAL
 from mrs_simulator.study.draw.figure_parts import robot_colours
 from mrs_simulator.study.draw.paint import pixels
 from mrs_simulator.study.programs import refusing_bad_input
@@ -88,13 +87,10 @@ class CameraNode:
         team, obstacles, load = shown
         scene = Scene(
             kinds=team.kinds,
-            numbers=tuple(range(1, team.n + 1)),
-            pose=seen.pose,
+            state=seen,
             shades=robot_colours(range(1, team.n + 1))[:, :3],
-            spatial=seen.spatial if seen.has(SPATIAL) else None,
-            joints=seen.joints if seen.joints.ndim > 1 else None,
             obstacles=obstacles_at(obstacles, scene_time(seen.time)),
-            load=(load, seen.load) if load is not None and seen.has(LOAD) else None,
+            load=load,
         )
         look, width, height = self._wanted, *SIZE
         if look is not None:

@@ -7,6 +7,7 @@ from mrs_simulator.pictures.robots import about_z, rotations
 from mrs_simulator.rqt_plugin.map.style import faded, mixed, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
+from mrs_simulator.state.columns import JOINTS, ORIENTATION
 
 ARM = 0.07  # [m] width of an arm
 LEAST_ARM = 1.5  # [px] of that
@@ -27,16 +28,17 @@ def draw_arms(painter, style, frame, team):
     kinds = team.kinds()
     if all(kind.arm is None for kind in team.shapes.distinct):
         return
-    place = np.column_stack([team.pose[:, :2], team.heights()])
-    spatial = team.spatial
-    turn = about_z(team.pose[:, 2]) if spatial is None else rotations(spatial.orientation)
+    state = team.state
+    place = np.column_stack([state.pose[:, :2], state.heights])
+    turn = rotations(state.orientation) if state.has(ORIENTATION) else about_z(state.pose[:, 2])
+    joints = state.joints if state.has(JOINTS) else None
     painter.setBrush(Qt.NoBrush)
     width = max(ARM * frame.scale, LEAST_ARM * style.unit)
-    for arms in placed_arms(kinds, place, turn, team.joints):
-        joints = frame.to_screen(arms.links[:, :, :2, 3].reshape(-1, 2)).reshape(
+    for arms in placed_arms(kinds, place, turn, joints):
+        screen = frame.to_screen(arms.links[:, :, :2, 3].reshape(-1, 2)).reshape(
             len(arms.rows), -1, 2
         )
-        for row, points in zip(arms.rows.tolist(), joints):
+        for row, points in zip(arms.rows.tolist(), screen):
             if team.known[row]:
                 for colour, share in ((style.base, 1.6), (QColor.fromRgbF(*DARK), 1.0)):
                     pen = QPen(colour, share * width, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin)

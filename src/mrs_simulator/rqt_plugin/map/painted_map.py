@@ -15,6 +15,7 @@ from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import MANY_ROBOTS, MapStyle
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.state.columns import LOAD
 
 MOST_EDGES = 40000  # [-] looked at when painting
 PALE = 0.3  # [-] opacity of what others sense than the robot chosen
@@ -140,19 +141,15 @@ class PaintedMap(MapScene):
             places = [row for row, number in enumerate(numbers) if number in chosen]
             return pose[places], shapes.of(places)
 
-        aloft = (
-            np.zeros(0, dtype=int)
-            if self.team.z is None
-            else np.flatnonzero(self.team.z[rows] >= ALOFT)
-        )
-        team = pose[aloft], shapes.of(aloft)
-        z = () if self.team.z is None else self.team.z[rows][aloft]
+        z = self.team.state.heights[rows]
+        aloft = np.flatnonzero(z >= ALOFT)
+        team, z = (pose[aloft], shapes.of(aloft)), z[aloft]
         marks.draw_shadows(painter, style, frame, *team, z)
         marks.draw_selection(painter, style, frame, *of({self._selected}))
         drawing.draw_robots(painter, style, frame, pose, numbers, fresh, shapes, self._robots)
         draw_arms(painter, style, frame, self.team)
-        if self.team.load is not None and self.team.carried is not None:
-            draw_load(painter, style, frame, self.team.load, self.team.carried)
+        if self.team.load is not None and self.team.state.has(LOAD):
+            draw_load(painter, style, frame, self.team.load, self.team.state.load)
         marks.draw_real(painter, style, frame, *of(self.team.real))
         if (self._at_rest or self._mode == "poses") and self.team.overlapping:
             marks.draw_alarms(painter, style, frame, *of(self.team.overlapping))
@@ -196,7 +193,7 @@ class PaintedMap(MapScene):
             shown.add("real")
         if not self.team.fresh.all():
             shown.add("stale")
-        if self.team.z is not None and np.any(self.team.z >= ALOFT):
+        if np.any(self.team.state.heights >= ALOFT):
             shown.add("aloft")
         return shown | (signs_of(self._readings) if self._shown["sensors"] else set())
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.flashes import Flashes
@@ -13,14 +12,13 @@ from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
 from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.scene_3d import scene_of, targets_of, trails_of
 from mrs_simulator.rqt_plugin.map.style import MapStyle
-from mrs_simulator.rqt_plugin.map.team import MapTeam
+from mrs_simulator.rqt_plugin.map.team import MapTeam, resting
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at, scene_time
 from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
-from mrs_simulator.state.columns import JOINTS, LOAD, REAL, SPATIAL
 
 HINTS = {
     "look": "",
@@ -102,8 +100,7 @@ class MapScene(QWidget):
             self.fit(whole=True)
         elif not np.allclose(poses, self.team.pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
-        spatial = None if altitude is None else upright(poses[:, 2], altitude)
-        self.team.place(poses, np.ones(len(poses), dtype=bool), spatial=spatial)
+        self.team.show(resting(numbers, poses, altitude))
         self._at_rest = True
         self._follow()
         self.update()
@@ -119,18 +116,10 @@ class MapScene(QWidget):
             self.clear_trails()
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
         self._recent.add(snapshot.time, poses)
-        fresh = np.array(snapshot.fresh, dtype=bool)
-        real, spatial = (
-            snapshot.numbers_with(REAL),
-            snapshot.spatial if snapshot.has(SPATIAL) else None,
-        )
-        self.team.place(poses, fresh, real, spatial)
-        if len(real) < len(numbers):  # real robots alone have another time
+        self.team.show(snapshot.replace(robots=numbers, pose=poses))
+        if len(self.team.real) < len(numbers):  # real robots alone have another time
             self._move_obstacles(scene_time(snapshot.time))
-        arms = snapshot.has(JOINTS) and snapshot.joints.ndim == 2
-        self.team.joints = snapshot.joints if arms else None
-        self.team.carried = snapshot.load if snapshot.has(LOAD) else None
-        self._trails.add(poses[:, :2], self.team.z)
+        self._trails.add(poses[:, :2], self.team.state.heights)
         if changed:
             self.fit(whole=True)
         self._follow()
@@ -138,7 +127,7 @@ class MapScene(QWidget):
 
     def _begin_team(self, numbers, poses):
         self._drag = None
-        self.team.begin(numbers, poses)
+        self.team.show(resting(numbers, poses))
         self._time, self._begin_anew, self._at_rest = -math.inf, False, True
         self._recent.clear()
         self._trails = Trails(len(numbers))

@@ -14,12 +14,9 @@ def scene_of(team, shades, trails, targets, edges, obstacles, numbered):
     rows = {number: row for row, number in enumerate(team.numbers)}
     return Scene(
         kinds=team.kinds(),
-        numbers=team.numbers,
-        pose=team.pose,
+        state=team.state,
         shades=np.array([shade.getRgbF()[:3] for shade in shades]).reshape(-1, 3),
-        spatial=team.spatial,
-        joints=team.joints,
-        load=None if team.load is None or team.carried is None else (team.load, team.carried),
+        load=team.load,
         trails=trails,
         targets=targets,
         edges=[(rows[i], rows[j]) for i, j, _ in edges if i in rows and j in rows],
@@ -30,7 +27,7 @@ def scene_of(team, shades, trails, targets, edges, obstacles, numbered):
 
 def trails_of(team, trails, hidden):
     """Return the robots' ``trails`` up to where they are now, (m, 3) [m] each; none of those ``hidden``."""
-    now = np.column_stack([team.pose[:, :2], team.heights()])
+    now = np.column_stack([team.pose[:, :2], team.state.heights])
     paths = map(trails.path_in_space, range(len(now)))
     return tuple(
         np.concatenate([path, now[row : row + 1]])
@@ -47,4 +44,4 @@ def targets_of(team, targets, z):
     """
     if targets is None or len(targets) != len(team.numbers):
         return None
-    return np.column_stack([targets, team.heights() if z is None else z])
+    return np.column_stack([targets, team.state.heights if z is None else z])

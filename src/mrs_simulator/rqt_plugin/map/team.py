@@ -1,25 +1,23 @@
-"""The robots on the map: numbers, poses and overlaps.  No painting."""
+"""The robots on the map: state, shapes and overlaps.  No painting."""
 
 import numpy as np
 
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.scenario.scenario import DEFAULT_KIND
+from mrs_simulator.state.columns import FRESH, REAL, Z
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.contact.bodies import Bodies
 
 
 class MapTeam:
-    """Robots ``numbers``, one per row, with poses (n, 3) [m, m, rad] of which some may be unknown (nan)."""
+    """The robots shown: their ``state``, a ``StateTable`` whose poses may be unknown (nan), and shapes."""
 
     def __init__(self):
         self._kinds, self.load = (), None  # the ``Load`` that they carry together, if any
-        self.begin((), np.empty((0, 3)))
-
-    def begin(self, numbers, poses):
-        """Show robots ``numbers`` on the ground at ``poses`` (n, 3)."""
-        self.numbers = numbers
-        self._take_shapes()
-        self.place(poses, np.ones(len(poses), dtype=bool))
+        self.numbers = None
+        self.show(resting((), np.empty((0, 3))))
 
     def take_kinds(self, kinds):
         """Draw robots 1..n as these ``Kind``s; a team of another size as the first of them."""
@@ -32,28 +30,27 @@ class MapTeam:
         self.shapes = Shapes.of_kinds(self._kinds if known else usual * len(self.numbers))
         self._overlapping = None
 
-    def place(self, poses, fresh, real=frozenset(), spatial=None):
-        """Put the robots at ``poses`` (n, 3), arms at home.
-
-        ``fresh`` (n,) bool: which have recent data; ``real``: the numbers of robots that are not simulated;
-        ``spatial``: what poses leave out, of robots off the ground.
-        """
-        self.pose, self.fresh, self.real = poses, fresh, real
-        self.joints = None  # [rad] of arms, None: at home
-        self.carried = None  # a ``LoadState``, None where the load's pose is unknown
-        fits = spatial is not None and len(spatial.z) == len(poses)
-        self.spatial = spatial if fits else None
-        self.z = spatial.z if fits else None  # [m], None: on the ground
-        self.known = np.isfinite(poses).all(axis=1)
+    def show(self, state):
+        """Put the robots where the ``state`` has them."""
+        self.state, self.pose, self.fresh = state, state.pose, state.fresh
+        self.real = state.numbers_with(REAL)
+        self.known = np.isfinite(self.pose).all(axis=1)
         self._overlapping = None
+        if state.robots != self.numbers:
+            self.numbers = state.robots
+            self._take_shapes()
+
+    def edit(self, row, pose):
+        """Put one robot upright at ``pose`` (3,) [m, m, rad], arms of all robots at home."""
+        poses = self.pose.copy()
+        poses[row] = pose
+        altitude = self.state.z if self.state.has(Z) else None
+        flags = {each.name: self.state[each] for each in (FRESH, REAL) if self.state.has(each)}
+        self.show(resting(self.numbers, poses, altitude).replace(**flags))
 
     def kinds(self):
         """Return the robots' kinds, as they are drawn."""
         return tuple(self.shapes.distinct[which] for which in self.shapes.which.tolist())
-
-    def heights(self):
-        """Return the heights (n,) [m], 0 of robots on the ground."""
-        return np.zeros(len(self.numbers)) if self.z is None else self.z
 
     @property
     def overlapping(self):
@@ -76,8 +73,18 @@ class MapTeam:
         return next(found, None) is not None
 
     def _places(self, rows):
-        return self.pose[rows], None if self.z is None else self.z[rows]
+        return self.pose[rows], self.state.z[rows] if self.state.has(Z) else None
 
     def _bodies(self, rows, obstacles=()):
         which = self.shapes.which[rows].tolist()
         return Bodies([self.shapes.distinct[place] for place in which], obstacles)
+
+
+def resting(numbers, poses, altitude=None):
+    """Return the ``StateTable`` of robots ``numbers`` at rest at ``poses`` (n, 3), all with recent data.
+
+    ``altitude`` (n,) [m]: their heights, None for robots on the ground.
+    """
+    spatial = None if altitude is None else upright(poses[:, 2], altitude)
+    fresh = np.ones(len(poses), dtype=bool)
+    return StateTable(None, numbers, pose=poses, fresh=fresh, spatial=spatial)

@@ -20,9 +20,8 @@ class Trails:
         self._low, self._high = np.full((n, 2), np.inf), np.full((n, 2), -np.inf)
         self.count = np.zeros(n, dtype=int)
 
-    def add(self, position, z=None):
+    def add(self, position, z):
         """Add the ``position`` (n, 2) [m] of those robots that have moved far enough; ``z`` (n,) [m]."""
-        z = np.zeros(len(position)) if z is None else z
         place = np.column_stack([position, z])
         with np.errstate(invalid="ignore"):
             far = np.sqrt(np.square(place - self._newest()).sum(axis=1)) >= self._spacing

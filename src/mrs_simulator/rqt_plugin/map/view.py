@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import REACH
 from mrs_simulator.rqt_plugin.map.obstacle_keys import ObstacleKeys
@@ -15,6 +14,7 @@ from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QToolTip
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.state.columns import Z
 
 CLICK = 4.0  # [px] that the mouse may move within a click
 ZOOM = 1.2  # [-] of one notch of the wheel
@@ -124,13 +124,10 @@ class MapView(PaintedMap):
         self.update()
 
     def _edit(self, row, position, theta):
-        pose = self.team.pose.copy()
-        pose[row] = position[0], position[1], theta
-        z = self.team.z
-        spatial = None if z is None else upright(pose[:, 2], z)
-        self.team.place(pose, self.team.fresh, self.team.real, spatial)
+        pose = (*position.tolist(), theta)
+        self.team.edit(row, pose)
         self._begin_anew = True
-        self.pose_edited.emit(self.team.numbers[row], *pose[row].tolist())
+        self.pose_edited.emit(self.team.numbers[row], *pose)
 
     @guarded
     def mouseReleaseEvent(self, event):
@@ -231,7 +228,7 @@ class MapView(PaintedMap):
                 self.team.numbers[row],
                 x,
                 y,
-                "" if self.team.z is None else "z = {:.3f} m, ".format(self.team.z[row]),
+                "z = {:.3f} m, ".format(self.team.state.z[row]) if self.team.state.has(Z) else "",
                 math.degrees(math.remainder(theta, 2.0 * math.pi)),
                 ("\nA real robot" if self.team.numbers[row] in self.team.real else "")
                 + ("" if self.team.fresh[row] else "\nNo recent data"),

@@ -62,7 +62,7 @@ class Canvas(QWidget):
         self.update()
 
     def _frame(self, scene, room=1.0):
-        if scene is not None and len(scene.pose):
+        if scene is not None and len(scene.state.robots):
             self.camera = framed(scene, self.camera, self.width(), self.height()).zoomed(room)
 
     def _keep_in_view(self):
@@ -70,8 +70,8 @@ class Canvas(QWidget):
         scene = self._scene
         if scene is None or self._last is not None:
             return
-        if self._followed in scene.numbers:
-            place = scene.place[scene.numbers.index(self._followed)]
+        if self._followed in scene.state.robots:
+            place = scene.place[scene.state.robots.index(self._followed)]
             if np.isfinite(place).all():
                 self.camera = self.camera.at(place)
         elif self._untouched and not self._sees(scene.place):
@@ -93,7 +93,7 @@ class Canvas(QWidget):
         """Paint the scene, or a text where there is none."""
         begun, painter = time.perf_counter(), QPainter(self)
         try:
-            if self._scene is None or not len(self._scene.pose):
+            if self._scene is None or not len(self._scene.state.robots):
                 painter.drawText(self.rect(), Qt.AlignCenter, "No robots")
                 return
             dark = self.palette().base().color().lightnessF() < DARK_GROUND

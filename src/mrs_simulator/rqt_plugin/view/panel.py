@@ -70,7 +70,7 @@ class ViewPanel(QWidget):
             return
         self._shown = revision
         scene = self._source()
-        self._offer(scene.numbers)
+        self._offer(scene.state.robots)
         self.canvas.show_scene(scene)
         self._next = now + self.canvas.cost * (1.0 / MOST_PAINTING - 1.0)
 

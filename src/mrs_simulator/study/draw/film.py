@@ -33,12 +33,10 @@ class Film:
             raise LookError("a run without samples has no pictures")
         self.run, self._control = run, control
         self._kinds = _kinds(run)
-        self._numbers = tuple(int(number) for number in run.robots)
-        self._shades = robot_colours(self._numbers)[:, :3]
+        self._shades = robot_colours(run.robots)[:, :3]
         topology = control.topology if control is not None else None
         self._edges = [(i - 1, j - 1) for i, j, _ in topology.edges] if topology else []
-        z = np.zeros(run.pose.shape[:2]) if run.spatial is None else run.spatial.z
-        self._places = np.concatenate([run.pose[..., :2], z[..., np.newaxis]], axis=2)
+        self._places = np.dstack([run.pose[..., :2], run.heights])
 
     def scene(self, row):
         """Return the ``Scene`` of sample ``row``, with trails from the first one on."""
@@ -46,16 +44,13 @@ class Film:
         row = range(len(run.time))[row]
         return Scene(
             kinds=self._kinds,
-            numbers=self._numbers,
-            pose=run.pose[row],
+            state=run.at(row),
             shades=self._shades,
-            spatial=None if run.spatial is None else run.spatial.of(row),
             trails=tuple(np.moveaxis(self._places[: row + 1], 1, 0)),
             targets=self._targets(row),
             edges=self._edges,
             obstacles=self._obstacles(float(run.time[row])),
-            joints=None if run.joints is None or run.joints.ndim < 3 else run.joints[row],
-            load=self._load(row),
+            load=None if run.scenario is None else run.scenario.load,
         )
 
     def _obstacles(self, time):
@@ -63,13 +58,6 @@ class Film:
             return ()
         begun = self.run.meta.get("scene_time", 0.0)
         return obstacles_at(obstacles_of(self.run.scenario), begun + time)
-
-    def _load(self, row):
-        """Return the load and where it is at sample ``row``, None where robots carry none."""
-        run = self.run
-        if run.load is None or run.scenario is None or run.scenario.load is None:
-            return None
-        return run.scenario.load, run.load.at(row)
 
     def _targets(self, row):
         """Return the targets (n, 3) [m] at sample ``row``, planar ones at the robots' heights, or None."""

@@ -394,12 +394,11 @@ def tables(options):
     if options.minutes:
         print_pictures(options.robots, 60.0 * options.minutes, ("curves",))
         return
-    ways = "no curves", "curves"
+    ways, report = ("no curves", "curves"), Report("gui", keep=True) if options.keep else None
     figures = print_pictures(options.robots, options.seconds, ways, options.trails)
     if not options.no_stage:
         figures += print_factors(options.robots, options.seconds)
-    if options.keep:
-        report = Report("gui", keep=True)
+    if report:
         for figure in figures:
             report.note(*figure)
         report.close()

@@ -33,7 +33,13 @@ COLUMNS = (
     "reference",
 )
 # How a value goes with the machine's speed: it grows with it, falls with it, or is what it is.
-GROWS, FALLS, PLAIN = ("x real time", "rows/s", "1/s"), ("s", "ms", "us"), ("bytes", "-", "share")
+GROWS, FALLS, PLAIN = (
+    ("x real time", "rows/s", "1/s"),
+    ("s", "ms", "us"),
+    ("bytes", "-", "share", "x"),
+)
+MOST_LOAD = 0.3  # [-] cores that others may use meanwhile
+OVERRIDE = "MRS_SIMULATOR_BENCHMARK_LOAD"  # another such bound, for what compares by turns
 LAST = 5  # [-] earlier entries whose median is compared with
 WORSE = 1.25  # [-] from which on a change is called out
 
@@ -49,6 +55,40 @@ def reference():
             sum(x * x for x in range(600))
         best = max(best, 200.0 / (time.process_time() - begin))
     return best
+
+
+def others_load(seconds=1.0):
+    """Return how many cores are in use while this process sleeps for ``seconds``, None if unknown."""
+    before = _used()
+    time.sleep(seconds)
+    after = _used()
+    return None if before is None else (after - before) / seconds
+
+
+def _used():
+    """Return the time [s] that all cores together have been in use."""
+    if not os.path.exists("/proc/stat"):
+        return None
+    with open("/proc/stat", encoding="ascii") as file:
+        user, nice, system, _, _, *rest = map(int, file.readline().split()[1:9])
+    return (user + nice + system + sum(rest)) / os.sysconf("SC_CLK_TCK")
+
+
+def checked_load():
+    """Return in a line how busy the machine is; exit where it is too busy for figures to be compared."""
+    text, load = os.environ.get(OVERRIDE), others_load()
+    try:
+        most = MOST_LOAD if text is None else float(text)
+    except ValueError:
+        raise SystemExit("{}={}: wanted a number of cores".format(OVERRIDE, text)) from None
+    if load is None:
+        return "load unknown"
+    if not load <= most:
+        wanted = "{:.2f} cores are in use by others, wanted at most {:g}; {}=N allows N".format(
+            load, most, OVERRIDE
+        )
+        raise SystemExit(wanted)
+    return "load {:.2f}{}".format(load, "" if text is None else " ({}={})".format(OVERRIDE, text))
 
 
 def cpu_model():
@@ -94,8 +134,12 @@ class Report:
     """Figures of one benchmark: a table on the terminal and, if wanted, rows of the history."""
 
     def __init__(self, benchmark, keep=False, path=PATH):
-        """``benchmark``: its name; ``keep``: append what is noted to the file at ``path``."""
+        """``benchmark``: its name; ``keep``: append what is noted to the file at ``path``.
+
+        Exits where others use more than ``MOST_LOAD`` cores.
+        """
         self.benchmark, self._keep, self._path = benchmark, keep, path
+        load = checked_load()
         machine = {"cpu": cpu_model(), "cores": str(os.cpu_count())}
         self._same = dict(
             machine,
@@ -111,7 +155,11 @@ class Report:
             if row["benchmark"] == benchmark and all(row[key] == machine[key] for key in machine)
         ]
         self._rows = []
-        print("{cpu}, {cores} cores, {versions}, reference {reference} /s".format(**self._same))
+        print(
+            "{cpu}, {cores} cores, {versions}, reference {reference} /s, {load}".format(
+                load=load, **self._same
+            )
+        )
         print("{:44} {:>6} {:>12} {:14} {}".format("case", "n", "value", "unit", "than before"))
 
     def note(self, case, n, value, unit):

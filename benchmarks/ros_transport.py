@@ -302,9 +302,8 @@ def attached(options):
     )
 
 
-def keep(rows):
-    """Append ``rows``, by what was measured and number of robots, to the history."""
-    report = Report("ros_transport", keep=True)
+def keep(rows, report):
+    """Append ``rows``, by what was measured and number of robots, to the history by ``report``."""
     for (what, n), (factor, missed, median, late, *rest) in rows.items():
         for name, value, unit in (
             ("time lost", 1.0 - factor, "share"),
@@ -381,6 +380,7 @@ def main():
             n, options.topics, ECHOED, options.rate
         )
         return
+    report = Report("ros_transport", keep=True) if options.keep else None
     port = free_port()
     os.environ.update(ROS_MASTER_URI="http://localhost:{}".format(port), ROS_HOSTNAME="localhost")
     master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)])
@@ -397,7 +397,7 @@ def main():
         rospy.init_node("benchmark", disable_signals=True)
         rows = table(options)
         if options.keep:
-            keep(rows)
+            keep(rows, report)
     finally:
         master.terminate()
         master.wait()

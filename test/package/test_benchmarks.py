@@ -19,6 +19,7 @@ def history(monkeypatch):
 
 def noted(history, monkeypatch, capsys, path, speed, value, unit, keep=True):
     monkeypatch.setattr(history, "reference", lambda: speed)
+    monkeypatch.setattr(history, "others_load", lambda: 0.0)
     report = history.Report("made up", keep, path)
     assert report.note("case", 7, value, unit) == value
     report.close()
@@ -67,3 +68,26 @@ def test_a_unit_of_unknown_direction_is_refused(history):
 def test_the_kept_history_can_be_read(history):
     for row in history.read():
         history.slowness(float(row["value"]), row["unit"], float(row["reference"]))
+
+
+def test_a_busy_machine_is_refused_unless_that_is_said(history, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(history, "reference", lambda: 1000.0)
+    monkeypatch.setattr(history, "others_load", lambda: 0.4)
+    monkeypatch.delenv(history.OVERRIDE, raising=False)
+    with pytest.raises(SystemExit, match="0.40 cores are in use by others, wanted at most 0.3"):
+        history.Report("made up", path=str(tmp_path / "history.csv"))
+    monkeypatch.setenv(history.OVERRIDE, "2")
+    history.Report("made up", path=str(tmp_path / "history.csv"))
+    assert "load 0.40 ({}=2)".format(history.OVERRIDE) in capsys.readouterr().out
+    for wrong, said in (("nan", "wanted at most nan"), ("much", "wanted a number of cores")):
+        monkeypatch.setenv(history.OVERRIDE, wrong)
+        with pytest.raises(SystemExit, match=said):
+            history.Report("made up", path=str(tmp_path / "history.csv"))
+
+
+def test_the_load_is_what_other_programs_use(history, monkeypatch):
+    """As /proc/stat counts: user, nice, system, idle, waiting, interrupts, stolen."""
+    used = iter([10.0, 10.5])
+    monkeypatch.setattr(history, "_used", lambda: next(used))
+    monkeypatch.setattr(history.time, "sleep", lambda seconds: None)
+    assert history.others_load(2.0) == 0.25

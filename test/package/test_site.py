@@ -116,13 +116,16 @@ def saved(text, directory):
         (directory / name).write_text(content)
 
 
-def headless(text):
-    """Run the page's commands ``mrs-simulator``, each of which succeeds; return their names."""
+def headless(text, codes=()):
+    """Run the page's commands ``mrs-simulator``; return their names.
+
+    ``codes``: with which each exits; by default all succeed.
+    """
     commands = re.findall(r"^mrs-simulator (.+)$", text, re.M)
-    for command in commands:
+    for command, code in zip(commands, codes or [0] * len(commands)):
         with pytest.raises(SystemExit) as ended:
             main(shlex.split(command))
-        assert ended.value.code == 0, command
+        assert ended.value.code == code, command
     return [command.split()[0] for command in commands]
 
 
@@ -157,6 +160,18 @@ def test_the_tutorial_of_a_law_runs_as_it_stands(tmp_path, monkeypatch, capsys):
     for count in ("15 mistakes put in", "nothing noticed it"):
         assert count in said
     assert said.count("nothing noticed it") == 3
+
+
+def test_the_tutorial_of_a_search_runs_as_it_stands(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = page("tutorial_search.md")
+    saved(text, tmp_path)
+    assert headless(text, [0, 1, 0]) == ["experiment", "break", "break"]
+    said = capsys.readouterr().out
+    for shown in (block for block in FENCED.findall(text) if block.startswith("```\n")):
+        for line in set(shown.splitlines()) - {"  ...", "```"}:
+            assert line in said, line
+    assert (tmp_path / "broken" / "run" / "trajectories.png").stat().st_size > 500
 
 
 @pytest.mark.parametrize("name", ["figures.md"])

@@ -1,13 +1,16 @@
 import json
+import re
 import shutil
 
 import pytest
 
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.draw.canvas import new_figure, save, settle
 from mrs_simulator.study.draw.style import look
 from mrs_simulator.study.results.provenance import read_provenance
 from mrs_simulator.study.results.reproduce import main
+from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.experiment import run_experiment
 
 LAW = """
@@ -59,6 +62,34 @@ def test_a_run_says_how_it_was_made(made):
     assert not {"verdict.json", "run.json"} & set(found["outputs"])
     assert found["look"]["width"] == 3.5 and found["seed"] == 0
     assert found["versions"]["numpy"] and found["processor"]
+
+
+def test_figures_carry_the_hash_of_their_inputs_wherever_these_lie(made, tmp_path):
+    stamp = read_provenance(str(made / "run"))["stamp"]
+    assert re.fullmatch("inputs sha256 [0-9a-f]{64}", stamp)
+    assert stamp.encode() in (made / "run" / "trajectories.png").read_bytes()
+    for name in ("law.py", "helper.py"):
+        shutil.copy(str(made / name), str(tmp_path / name))
+    scenario = load_scenario(str(made / "run" / "scenario.yaml"))
+    control = scenario.control._replace(protocol="law.py:Home")
+    moved = scenario._replace(path=str(tmp_path / "a.yaml"), control=control)
+    assert stamp_of(moved) == stamp
+    assert stamp_of(moved._replace(seed=1)) != stamp
+    (tmp_path / "helper.py").write_text("GAIN = 0.75\n")
+    assert stamp_of(moved) != stamp
+
+
+@pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
+def test_each_format_carries_it_and_equal_figures_stay_equal_bytes(kind, tmp_path):
+    made = []
+    for name in ("a", "b"):
+        figure = new_figure(2.0, 1.5)
+        figure.subplots().plot([0, 1], [0, 1])
+        settle(figure)
+        path = save(figure, str(tmp_path / "{}.{}".format(name, kind)), "inputs sha256 0123")
+        with open(path, "rb") as file:
+            made.append(file.read())
+    assert made[0] == made[1] and b"inputs sha256 0123" in made[0]
 
 
 def test_the_same_bytes_are_made_again(run, capsys):

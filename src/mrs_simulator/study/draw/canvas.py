@@ -19,6 +19,7 @@ from mrs_simulator.study.draw.style import WIDTHS
 
 # Saved files carry no date, so that the same run gives the same bytes.
 METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+STAMPED = {"png": "Description", "pdf": "Subject", "svg": "Description"}  # what a file carries
 
 WIDTH = WIDTHS["page"]  # [in]
 HEIGHT = 3.4  # [in]
@@ -104,14 +105,19 @@ def settle(figure):
 
 
 @styled
-def save(figure, path):
-    """Write ``figure`` to ``path`` in the format of its ending, whole or not at all; return path."""
+def save(figure, path, stamp=""):
+    """Write ``figure`` to ``path`` in the format of its ending, whole or not at all; return path.
+
+    ``stamp``: a text that the file carries as metadata.
+    """
     kind = os.path.splitext(path)[1][1:]
-    image = io.BytesIO()
+    image, metadata = io.BytesIO(), METADATA.get(kind)
+    if stamp and kind in STAMPED:
+        metadata = {**metadata, STAMPED[kind]: stamp}
     if _is_settled(figure):
-        print_settled(figure, image, kind)
+        print_settled(figure, image, kind, metadata)
     else:
-        figure.savefig(image, format=kind, metadata=METADATA.get(kind))
+        figure.savefig(image, format=kind, metadata=metadata)
     write_bytes(path, image.getvalue())
     return path
 
@@ -125,7 +131,7 @@ def _is_settled(figure):
     return not isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine)
 
 
-def print_settled(figure, image, kind):
+def print_settled(figure, image, kind, metadata=None):
     """Write a settled ``figure`` to ``image``: what ``savefig`` does, but for drawing it twice.
 
     From matplotlib 3.6 on that draws all once before, unseen, to lay it out.
@@ -134,7 +140,7 @@ def print_settled(figure, image, kind):
     try:
         figure.dpi = matplotlib.rcParams["savefig.dpi"]
         printing = get_registered_canvas_class(kind)(figure)
-        getattr(printing, "print_" + kind)(image, metadata=METADATA.get(kind))
+        getattr(printing, "print_" + kind)(image, metadata=metadata or METADATA.get(kind))
     finally:
         figure.dpi = dpi
         figure.set_canvas(canvas)

@@ -30,7 +30,8 @@ def save_certificates(curves, out, formats, look=None):
         traceback.print_exc()
         return
     for kind in formats:
-        save(figure, os.path.join(out, "{}.{}".format(CERTIFICATES, kind)))
+        path = os.path.join(out, "{}.{}".format(CERTIFICATES, kind))
+        save(figure, path, look.stamp if look else "")
 
 
 @styled

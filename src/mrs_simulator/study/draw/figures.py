@@ -50,7 +50,8 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None, pa
             figure = new_figure(look.width, height)
             draw(figure)
             settle(figure)
-            paths += [save(figure, os.path.join(out_dir, name + "." + kind)) for kind in formats]
+            made = [os.path.join(out_dir, name + "." + kind) for kind in formats]
+            paths += [save(figure, path, look.stamp) for path in made]
     return paths
 
 

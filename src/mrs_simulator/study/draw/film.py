@@ -14,6 +14,7 @@ from mrs_simulator.study.draw.canvas import save
 from mrs_simulator.study.draw.figure_parts import robot_colours
 from mrs_simulator.study.draw.paint import DPI, paint
 from mrs_simulator.study.draw.style import LookError
+from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.vehicles import Team
 
 PAGE, FINE = 6.5, 150  # [in] width and [px/in] of a picture
@@ -127,4 +128,4 @@ def write_picture(film, path, row=-1, width=PAGE):
     FigureCanvasAgg(figure)
     size = [int(round(FINE * side)) for side in figure.get_size_inches()]
     paint(figure.add_axes([0.0, 0.0, 1.0, 1.0]), film.drawing(row, *size))
-    return save(figure, path)
+    return save(figure, path, stamp_of(film.run.scenario))

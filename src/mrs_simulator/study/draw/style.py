@@ -27,10 +27,12 @@ class LookError(ValueError):
 
 
 class Look(NamedTuple):
-    """``width`` [in] of figures, and rcParams of matplotlib that go over the paper's own style."""
+    """``width`` [in] of figures, rcParams of matplotlib that go over the paper's own style, and what
+    files carry as metadata, a hash of what went into their run."""
 
     width: float = WIDTHS["page"]
     style: Dict[str, Any] = {}
+    stamp: str = ""
 
     def scaled(self, height):
         """Return the height [in] of a figure that is ``height`` high at a page's width."""

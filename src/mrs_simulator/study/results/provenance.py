@@ -1,6 +1,5 @@
 """How the files of a run were made: ``provenance.json`` beside ``run.json``."""
 
-import hashlib
 import json
 import os
 import platform
@@ -9,15 +8,12 @@ import sys
 import mrs_simulator
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.scenario.reading import read_json
-from mrs_simulator.scenario.surroundings.maps import files_of_map
 from mrs_simulator.study.draw.style import Look
 from mrs_simulator.study.results.report import PROVENANCE_FILE, RUN_FILE, is_result
 from mrs_simulator.study.results.ro_crate import MEANINGS, write_crate
-from mrs_simulator.study.run.run_keys import law_files
-from mrs_simulator.vehicles.registry import files_of_kinds
+from mrs_simulator.study.results.stamp import digest, input_files, stamp_of
 from mrs_simulator.verdict.verdict import versions
 
-CHUNK = 1 << 20  # [bytes] of a file in memory
 KEYS = ("command", "versions", "commit", "processor", "seed", "look", "inputs", "outputs")
 PACKAGE = os.path.dirname(os.path.abspath(mrs_simulator.__file__))
 
@@ -26,13 +22,11 @@ def provenance(scenario, out, look):
     """Return how the run of ``scenario`` in the directory ``out`` was made, a plain mapping.
 
     ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
-    of a clone; ``processor``; ``seed``; ``look``: width [in] and style of the figures; ``inputs`` and
-    ``outputs``: SHA-256 by file, the outputs without those that tell wall times
-    (``run.json``, ``verdict.json``).
+    of a clone; ``processor``; ``seed``; ``look``: width [in] and style of the figures; ``stamp``: what
+    these carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the outputs without
+    those that tell wall times (``run.json``, ``verdict.json``).
     """
-    files = law_files(scenario.control.protocol, scenario.path)
-    files += files_of_kinds(scenario)[0] + (files_of_map(scenario) if scenario.map else [])
-    inputs = {path: digest(path) for path in sorted(set(files))}
+    inputs = {path: digest(path) for path in input_files(scenario)}
     inputs["scenario.yaml"] = digest(os.path.join(out, "scenario.yaml"))
     made = sorted(name for name in os.listdir(out) if name == RUN_FILE or is_result(name))
     return {
@@ -42,6 +36,7 @@ def provenance(scenario, out, look):
         "processor": processor(),
         "seed": scenario.seed,
         "look": {"width": look.width, "style": {k: str(v) for k, v in look.style.items()}},
+        "stamp": stamp_of(scenario),
         "inputs": inputs,
         "outputs": {name: digest(os.path.join(out, name)) for name in made},
     }
@@ -66,18 +61,6 @@ def read_provenance(out):
         if not isinstance(found[key], dict):
             raise ValueError("{}: {} is no mapping".format(path, key))
     return found
-
-
-def digest(path):
-    """Return the SHA-256 of the file at ``path``, "" where there is none."""
-    content = hashlib.sha256()
-    try:
-        with open(path, "rb") as file:
-            for part in iter(lambda: file.read(CHUNK), b""):
-                content.update(part)
-    except OSError:
-        return ""
-    return content.hexdigest()
 
 
 def commit():

@@ -21,11 +21,12 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.draw.style import add_look, look_of
+from mrs_simulator.study.draw.style import Look, add_look, look_of
 from mrs_simulator.study.draw.video import add_video, check_video, write_video
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.results.ro_crate import CRATE_FILE
+from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.sensor_files import FILE
 from mrs_simulator.verdict.certificates import certificate_curves
 from mrs_simulator.verdict.judging import judged
@@ -94,6 +95,8 @@ def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apar
     """
     run = run if control is None else run.in_space(control.dimension)
     os.makedirs(out, exist_ok=True)
+    if formats:
+        look = (look or Look())._replace(stamp=stamp_of(run.scenario))
     if apart is not None and apart.is_able:
         return _write_at_once(run, out, formats, control, look, apart)
     verdict, prediction = judged(run, control)

@@ -12,7 +12,8 @@ from mrs_simulator.protocols.loading import ProtocolError
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.draw.style import FORMATS, look
-from mrs_simulator.study.results.provenance import commit, digest, processor, read_provenance
+from mrs_simulator.study.results.provenance import commit, processor, read_provenance
+from mrs_simulator.study.results.stamp import digest
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.verdict.verdict import versions
 

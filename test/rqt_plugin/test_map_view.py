@@ -545,7 +545,7 @@ def test_an_obstacle_on_a_track_is_drawn_where_it_is_then(view):
     view.show_obstacles([box])
     assert covered() == [True, False]
     view.show_snapshot(snapshot(CLOCK_START + 2.0, POSES))
-    assert covered() == [False, True] and view.scene_3d().obstacles[0].x == 2.5
+    assert covered() == [False, True] and view.scene().obstacles[0].x == 2.5
     view.show_obstacles([box], 1)
     assert view.editor.own == (box,)
 
@@ -763,9 +763,12 @@ def test_each_robot_is_drawn_and_found_as_its_kind_is(view):
     def is_body(x, y):
         return shade(view, x, y) != ground
 
-    assert is_body(0.45, 0.3) and not is_body(0.55, 0.1)  # the corner of a Husky
+    # A Husky's bumper, nothing beside it, and a wheel.
+    assert is_body(0.48, 0.0) and not is_body(0.48, 0.3) and is_body(0.3, 0.3)
     assert is_body(2.2, 0.05) and is_body(2.05, 0.2) and not is_body(2.2, 0.2)  # a disc has none
-    assert is_body(4.42, 0.1) and is_body(3.92, 0.1) and not is_body(3.82, 0.1)  # ahead of its axle
+    assert (
+        is_body(4.43, 0.1) and is_body(3.97, 0.12) and not is_body(3.92, 0.12)
+    )  # ahead of its axle
     rows = [view._robot_at(np.array(view.to_screen(x, y))) for x, y in ((0.47, 0.3), (4.44, 0.1))]
     assert rows == [0, 2]
     view.show_team(np.array([[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [4.0, 0.0, 0.0]]))
@@ -892,11 +895,11 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     before = like(wood)
     snapshot = carried_snapshot(world)
     view.show_snapshot(snapshot)
-    assert view.scene_3d().carried is None  # no load reported
+    assert view.scene().carried is None  # no load reported
     view.show_load(given.load)
     app.processEvents()
     assert like(wood) > before + 20
-    load, carried = view.scene_3d().carried
+    load, carried = view.scene().carried
     assert load is given.load and all(map(np.array_equal, carried, snapshot.load))
     history = History()
     history.append(snapshot)

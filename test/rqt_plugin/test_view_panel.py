@@ -29,7 +29,7 @@ def snapshot(time, poses):
 def shown():
     team = MapView()
     team.show_team(POSES)
-    panel = ViewPanel(team.scene_3d, lambda: team.revision)
+    panel = ViewPanel(team.scene, lambda: team.revision)
     panel.resize(600, 400)
     panel.show()
     panel.refresh()
@@ -52,18 +52,18 @@ def test_it_shows_the_maps_team_trails_targets_and_graph(shown):
     team.show_targets(POSES[:, :2] + 1.0)
     for step in range(4):
         team.show_snapshot(snapshot(step * 1.0, POSES + (0.5 * step, 0.0, 0.0)))
-    scene = team.scene_3d()
+    scene = team.scene()
     assert scene.state.robots == (1, 2, 3) and scene.edges == [(0, 1), (1, 2)]
     assert np.allclose(scene.state.pose, POSES + (1.5, 0.0, 0.0))
     assert np.allclose(scene.trails[0][[0, -1], 0], (0.0, 1.5)) and scene.targets.shape == (3, 3)
     team.set_trail_shown(2, False)
     team.set_targets_shown(False)
     team.set_edges_shown(False)
-    scene = team.scene_3d()
+    scene = team.scene()
     assert [len(trail) > 0 for trail in scene.trails] == [True, False, True]
     assert scene.targets is None and not len(scene.edges)
     team.set_trails_shown(False)
-    assert not any(len(trail) for trail in team.scene_3d().trails)
+    assert not any(len(trail) for trail in team.scene().trails)
 
 
 def test_the_colours_are_those_of_the_map(shown):
@@ -71,7 +71,7 @@ def test_the_colours_are_those_of_the_map(shown):
     image = panel.grab().toImage()
     x, y = place_on_screen(panel, 1)
     corner = panel.canvas.geometry().topLeft()
-    wanted = np.array(team.scene_3d().shades[1])
+    wanted = np.array(team.scene().shades[1])
     near = [
         image.pixelColor(int(x) + corner.x() + dx, int(y) + corner.y() + dy).getRgbF()[:3]
         for dx in range(-12, 13)

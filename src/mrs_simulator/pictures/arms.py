@@ -8,6 +8,7 @@ import numpy as np
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.pictures.solids import TILE, model_of
 from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.state.columns import JOINTS
 from mrs_simulator.vehicles.arms.chain import frames
 from mrs_simulator.vehicles.arms.models import chain_of
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw
@@ -20,6 +21,7 @@ LIGHT, DARK = (0.86, 0.86, 0.84, 1.0), (0.35, 0.36, 0.38, 1.0)
 WOOD = (0.76, 0.58, 0.36, 1.0)
 ABOVE = 0.01  # [m] by which an arm is nearer to the eye than the base that it stands on
 LOAD_TILE = 0.5 * TILE  # [m]
+STRAIGHT = 1e-12  # [m^2] of a corner's triangle, below which it is none
 
 
 class Placed:
@@ -33,6 +35,14 @@ class Placed:
     def models(self):
         """Return the ``Model`` of each link, a tuple."""
         return arm_models(self.model)
+
+
+def scene_arms(scene):
+    """Return the arms of a scene's robots, a list of ``Placed``."""
+    if all(kind.arm is None for kind in set(scene.kinds)):
+        return []
+    joints = scene.state.joints if scene.state.has(JOINTS) else None
+    return placed_arms(scene.kinds, scene.place, scene.turn, joints)
 
 
 def placed_arms(kinds, place, turn, joints):
@@ -122,7 +132,7 @@ def load_corners(load, carried):
 
 def load_outline(load, carried):
     """Return the outline (h, 2) [m] of the ``load``, seen from above, where it is ``carried``."""
-    return _hull(load_corners(load, carried)[:, :2])
+    return convex_hull(load_corners(load, carried)[:, :2])
 
 
 def arm_outlines(links):
@@ -137,7 +147,7 @@ def arm_outlines(links):
     return np.stack(corners, axis=1)
 
 
-def _hull(points):
+def convex_hull(points):
     """Return the corners (h, 2) of the convex hull of ``points`` (k, 2), in order (Andrew's chains)."""
     order = sorted(map(tuple, points.tolist()))
 
@@ -146,7 +156,7 @@ def _hull(points):
         for x, y in those:
             while len(found) > 1:
                 (ax, ay), (bx, by) = found[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > STRAIGHT:
                     break
                 found.pop()
             found.append((x, y))

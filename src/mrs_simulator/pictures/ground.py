@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.pictures.camera import clipped_polygon
 from mrs_simulator.pictures.drawing import Polygons, with_opacity
+from mrs_simulator.scenario.surroundings.obstacles import corners
 
 REACH, PIECES = (
     30,
@@ -42,13 +43,7 @@ def land(view, obstacles):
     """Return the ground of flat boxes, land in the water; None where none is in view."""
     points, counts = [], []
     for box in obstacles:
-        cos, sin = math.cos(box.yaw), math.sin(box.yaw)
-        u, v = 0.5 * box.length, 0.5 * box.width
-        corners = [
-            (box.x + cos * a - sin * b, box.y + sin * a + cos * b, 0.0)
-            for a, b in ((u, v), (-u, v), (-u, -v), (u, -v))
-        ]
-        seen = clipped_polygon(view.seen(corners))
+        seen = clipped_polygon(view.seen(np.column_stack([corners(box), np.zeros(4)])))
         if len(seen):
             points.append(view.screen(seen))
             counts.append(len(seen))

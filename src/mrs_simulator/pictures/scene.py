@@ -5,14 +5,14 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.pictures import ground, robots
-from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, placed_arms
+from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, scene_arms
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
 from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
-from mrs_simulator.state.columns import JOINTS, LOAD, ORIENTATION
+from mrs_simulator.state.columns import LOAD, ORIENTATION
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
@@ -69,7 +69,7 @@ def framed(scene, camera, width, height):
         points.append(scene.targets)
     if scene.carried is not None:
         points.append(load_corners(*scene.carried))
-    for arms in _arms(scene):
+    for arms in scene_arms(scene):
         points.append(arms.links[:, :, :3, 3].reshape(-1, 3))
     for obstacle in scene.obstacles:
         if is_flat(obstacle):  # a coast may be far longer than the team's way
@@ -81,14 +81,6 @@ def framed(scene, camera, width, height):
     # In a low picture, too, there is room for the numbers.
     room = min(ROOM, max(LEAST_ROOM, 1.0 - 2.0 * NUMBERS / height))
     return camera.framed(points, width, height, room)
-
-
-def _arms(scene):
-    """Return the arms of the scene's robots, a list of ``pictures.arms.Placed``."""
-    if all(kind.arm is None for kind in set(scene.kinds)):
-        return []
-    joints = scene.state.joints if scene.state.has(JOINTS) else None
-    return placed_arms(scene.kinds, scene.place, scene.turn, joints)
 
 
 def _above(scene, arms):
@@ -112,7 +104,7 @@ def drawn(scene, camera, width, height, palette=LIGHT):
     view, place, water = View(camera, width, height, palette), scene.place, scene.on_water
     team = robots.seen_robots(view, scene.kinds, scene.state.pose, place, scene.turn, scene.shades)
     land = [obstacle for obstacle in scene.obstacles if is_flat(obstacle)]
-    arms = _arms(scene)
+    arms = scene_arms(scene)
     layers = (
         ground.land(view, land),
         ground.grid(view, water),

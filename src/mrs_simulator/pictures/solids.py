@@ -116,13 +116,18 @@ def kind_model(kind, coarse=False):
 
     Its largest part takes the robot's own colour.  ``coarse``: without the parts that are small beside it.
     """
-    parts = kind.shape or _model_parts(kind) or outline_parts(kind)
-    lift = kind.module.ride_height(kind.numbers)
-    parts = [part._replace(place=_lifted(part.place, lift)) for part in parts]
+    parts = kind_parts(kind)
     if coarse:
         least = SMALL * max(max(part.size) for part in parts)
         parts = [part for part in parts if max(part.size) >= least]
     return model_of(parts)
+
+
+def kind_parts(kind):
+    """Return the ``Part``s of a ``Kind``, standing on the ground at its centre, a list."""
+    parts = kind.shape or _model_parts(kind) or outline_parts(kind)
+    lift = kind.module.ride_height(kind.numbers)
+    return [part._replace(place=_lifted(part.place, lift)) for part in parts]
 
 
 def _model_parts(kind):
@@ -222,7 +227,7 @@ def model_of(parts):
     part = np.repeat(np.arange(len(solids)), [len(solid.faces) for solid in solids])
     normals = np.array([_normal(vertices[list(face)]) for face in faces])
     offsets = np.einsum("fd,fd->f", normals, vertices[[face[0] for face in faces]])
-    shares = _own_shares(parts, solids)
+    shares = own_shares(parts, solids)
     return Model(
         vertices=vertices,
         corners=np.array([corner for face in faces for corner in face]),
@@ -236,11 +241,11 @@ def model_of(parts):
         own=shares[part],
         pairs=_pairs(vertices, begins, normals, offsets, part, len(solids)),
         reach=float(np.sqrt(np.square(vertices).sum(axis=1).max())),
-        nose=_nose([solid for solid, own in zip(solids, shares) if own > 0.0]),
+        nose=arrow_on([solid for solid, own in zip(solids, shares) if own > 0.0]),
     )
 
 
-def _own_shares(parts, solids):
+def own_shares(parts, solids):
     """Return the share of the robot's own colour in each part's: all where it looks like the largest."""
     sizes = np.array([np.ptp(solid.vertices, axis=0) for solid in solids])
     bulk, above = sizes.prod(axis=1), sizes[:, 0] * sizes[:, 1]
@@ -249,7 +254,7 @@ def _own_shares(parts, solids):
     return np.where(same, 1.0, np.where(above > TINTED * above.max(), TINT, 0.0))
 
 
-def _nose(solids):
+def arrow_on(solids):
     """Return an arrow (3, 3) [m] near the front end of the highest of ``solids``, on top of it."""
     corners = max((solid.vertices for solid in solids), key=lambda each: each[:, 2].max())
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -8,11 +8,10 @@ import math
 import numpy as np
 
 from mrs_simulator.rqt_plugin.map.frame import nice_step
-from mrs_simulator.rqt_plugin.map.geometry import placed
 from mrs_simulator.rqt_plugin.map.style import faded, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRect, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QFont, QPen
-from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, corners, is_flat
 
 FEWEST_TICKS = 4  # [-] on an axis, where there is room
 HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)
@@ -175,7 +174,4 @@ def draw_outline(painter, frame, obstacle):
         radius = obstacle.radius * frame.scale
         painter.drawEllipse(middle, radius, radius)
         return
-    half = 0.5 * np.array([obstacle.length, obstacle.width])
-    corners = half * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
-    pose = np.array([[obstacle.x, obstacle.y, obstacle.yaw]])
-    painter.drawPolygon(polygon(placed(corners, pose, frame)[0]))
+    painter.drawPolygon(polygon(frame.to_screen(corners(obstacle))))

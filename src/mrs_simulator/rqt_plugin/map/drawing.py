@@ -6,82 +6,94 @@ one robot per row.
 
 import numpy as np
 
+from mrs_simulator.pictures.plan import bodies
+from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.rqt_plugin.map.geometry import (
     ARROW,
     apart,
     are_arrows,
     clearance,
     outlines,
-    placed,
 )
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.style import SOME_ROBOTS, faded, mixed, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QFont, QPainterPath, QPen
+from mrs_simulator.rqt_plugin.view.painting import fill
+from mrs_simulator.state.state_table import StateTable
 
 HEADINGS = 120  # [-] of a robot's sprites
 MOST_SPRITE = 40.0  # [px] that a robot may reach as a sprite
-DETAILED_ROBOT = 22.0  # [px], the least that shows its wheels
 
 
-def draw_robots(painter, style, frame, pose, numbers, fresh, shapes, sprites):
-    """Draw the robots of ``pose`` (n, 3), all in view, each in its colour, stale ones in grey.
+def draw_robots(painter, style, frame, scene, shapes, shown, sprites):
+    """Draw the robots of a ``Scene`` that are ``shown`` (n,), all in view, with their arms and load.
 
     ``shapes``: theirs.  Of many robots each is one of the ``sprites``: on whole pixels, at one of
     some headings.
     """
     half = max(shapes.farthest * frame.scale, ARROW * style.unit) + 2.0 * style.unit
-    if len(pose) <= SOME_ROBOTS or half > MOST_SPRITE:
-        _draw_each(painter, style, frame, pose, numbers, fresh, shapes)
+    if np.count_nonzero(shown) <= SOME_ROBOTS or half > MOST_SPRITE:
+        _draw_each(painter, style, frame, scene, shapes, shown)
         return
-    local, many = frame.about_origin(), len(style.shades) + 1
-    of_place = dict(zip(style.places(numbers).tolist(), numbers))
+    rows = np.flatnonzero(shown)
+    _put_sprites(painter, style, frame, scene, shapes.of(rows), rows, half, sprites)
+    if scene.carried is not None or any(kind.arm is not None for kind in shapes.distinct):
+        _fill_bodies(painter, style, frame, scene, np.zeros(len(shown), dtype=bool))
+
+
+def _put_sprites(painter, style, frame, scene, shapes, rows, half, sprites):
+    local, pose = frame.about_origin(), scene.state.pose[rows]
+    shades, which = np.unique(np.column_stack(_marks(scene, rows)), axis=0, return_inverse=True)
     turns = np.round(pose[:, 2] * HEADINGS / (2.0 * np.pi)).astype(int) % HEADINGS
-    places = np.where(fresh, style.places(numbers), many - 1)
-    keys = turns + HEADINGS * (places + many * shapes.which)
+    keys = turns + HEADINGS * (shapes.which + len(shapes.distinct) * which.ravel())
 
     def paint(brush, key):
         rest, turn = divmod(key, HEADINGS)
-        which, place = divmod(rest, many)
-        pose = np.array([[0.0, 0.0, turn * 2.0 * np.pi / HEADINGS]])
-        own = Shapes.of_kinds([shapes.distinct[which]])
-        fresh = place < many - 1
-        _draw_each(brush, style, local, pose, [of_place.get(place, 1)], [fresh], own)
+        place, which = divmod(rest, len(shapes.distinct))
+        kinds = (shapes.distinct[which],)
+        pose, fresh = np.array([[0.0, 0.0, turn * 2.0 * np.pi / HEADINGS]]), shades[place, 3:] > 0.0
+        own = Scene(
+            kinds, StateTable(None, (1,), pose=pose, fresh=fresh), shades[place, np.newaxis, :3]
+        )
+        _draw_each(brush, style, local, own, Shapes.of_kinds(kinds), np.ones(1, dtype=bool))
 
     # Arrows are as large at any scale.
     scale = None if are_arrows(frame, style.unit, shapes).all() else frame.scale
-    kind = style, scale, shapes.distinct
+    kind = style, scale, shapes.distinct, shades.tobytes()
     sprites.put(painter, kind, half, frame.to_screen(pose), keys.tolist(), paint)
 
 
-def _draw_each(painter, style, frame, pose, numbers, fresh, shapes):
-    outlined = outlines(pose, frame, style.unit, shapes)
-    arrows = are_arrows(frame, style.unit, shapes)
-    detailed = shapes.length * frame.scale >= DETAILED_ROBOT * style.unit
-    for rows, shape in shapes.by_kind():
-        wheels = [placed(wheel, pose[rows], frame) for wheel in shape.wheels]
-        noses = placed(shape.nose, pose[rows], frame)
-        for place, row in enumerate(rows.tolist()):
-            shade = style.shade(numbers[row]) if fresh[row] else style.mixed(0.5)
-            painter.setPen(QPen(mixed(shade, style.text, 0.35), style.unit))
-            _draw_body(painter, style, polygon(outlined[row]), shade, fresh[row])
-            painter.setPen(Qt.NoPen)
-            if not arrows[row]:
-                painter.setBrush(QColor("white") if fresh[row] else style.mixed(0.5))
-                painter.drawConvexPolygon(polygon(noses[place]))
-            painter.setBrush(mixed(QColor("#101010"), style.text, 0.25))
-            for wheel in wheels if detailed[row] else ():
-                painter.drawConvexPolygon(polygon(wheel[place]))
+def _marks(scene, rows):
+    """Return the colours (k, 3) of the robots in ``rows``, and which have recent data, (k,)."""
+    return np.asarray(scene.shades)[rows], scene.state.fresh[rows]
 
 
-def _draw_body(painter, style, shape, shade, fresh):
+def _fill_bodies(painter, style, frame, scene, shown):
+    layer = bodies(scene, frame.to_screen, shown)
+    if layer is not None:
+        fill(painter, layer, style.unit)
+
+
+def _draw_each(painter, style, frame, scene, shapes, shown):
+    arrows, fresh = are_arrows(frame, style.unit, shapes), scene.state.fresh
+    rows = np.flatnonzero(shown & (arrows | ~fresh))
+    outlined = outlines(scene.state.pose[rows], frame, style.unit, shapes.of(rows))
+    for row, outline in zip(rows.tolist(), map(polygon, outlined)):
+        shade = QColor.fromRgbF(*scene.shades[row])
+        painter.setPen(QPen(mixed(shade, style.text, 0.35), style.unit))
+        _draw_outline(painter, style, outline, shade, fresh[row])
+    _fill_bodies(painter, style, frame, scene, shown & ~arrows)
+
+
+def _draw_outline(painter, style, outline, shade, fresh):
     if fresh:
         painter.setBrush(shade)
     else:
         painter.setBrush(style.mixed(0.12))
-        painter.drawPolygon(shape)
+        painter.drawPolygon(outline)
         painter.setBrush(QBrush(shade, Qt.BDiagPattern))
-    painter.drawPolygon(shape)
+    painter.drawPolygon(outline)
 
 
 def draw_numbers(painter, style, frame, pose, numbers, shapes, sprites):

@@ -23,9 +23,9 @@ def _turned(shape, theta):
 def outlines(pose, frame, unit, shapes):
     """Return the outline of each robot on the screen: its footprint, or an arrow; (k, 2) each."""
     result, small = [None] * len(pose), are_arrows(frame, unit, shapes)
-    for rows, shape in shapes.by_kind():
+    for rows, footprint in shapes.by_kind():
         arrow = ARROW * unit / frame.scale * np.array(ROBOT_SHAPE)
-        outline = arrow if len(rows) and small[rows[0]] else shape.outline
+        outline = arrow if len(rows) and small[rows[0]] else footprint
         for row, points in zip(rows.tolist(), placed(outline, pose[rows], frame)):
             result[row] = points
     return result

@@ -5,7 +5,6 @@ import time
 import numpy as np
 
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
-from mrs_simulator.rqt_plugin.map.arm_drawing import draw_arms, draw_load
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
@@ -15,7 +14,6 @@ from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import MANY_ROBOTS, MapStyle
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.state.columns import LOAD
 
 MOST_EDGES = 40000  # [-] looked at when painting
 PALE = 0.3  # [-] opacity of what others sense than the robot chosen
@@ -135,7 +133,7 @@ class PaintedMap(MapScene):
         with np.errstate(invalid="ignore"):
             rows = np.flatnonzero(self.team.known & frame.sees(screen, margin))
         pose, numbers = self.team.pose[rows], [self.team.numbers[row] for row in rows]
-        shapes, fresh = self.team.shapes.of(rows), self.team.fresh[rows]
+        shapes = self.team.shapes.of(rows)
 
         def of(chosen):
             places = [row for row, number in enumerate(numbers) if number in chosen]
@@ -146,10 +144,10 @@ class PaintedMap(MapScene):
         team, z = (pose[aloft], shapes.of(aloft)), z[aloft]
         marks.draw_shadows(painter, style, frame, *team, z)
         marks.draw_selection(painter, style, frame, *of({self._selected}))
-        drawing.draw_robots(painter, style, frame, pose, numbers, fresh, shapes, self._robots)
-        draw_arms(painter, style, frame, self.team)
-        if self.team.load is not None and self.team.state.has(LOAD):
-            draw_load(painter, style, frame, self.team.load, self.team.state.load)
+        shown = np.zeros(len(self.team.numbers), dtype=bool)
+        shown[rows] = True
+        team_shapes, scene = self.team.shapes, self.team_scene()
+        drawing.draw_robots(painter, style, frame, scene, team_shapes, shown, self._robots)
         marks.draw_real(painter, style, frame, *of(self.team.real))
         if (self._at_rest or self._mode == "poses") and self.team.overlapping:
             marks.draw_alarms(painter, style, frame, *of(self.team.overlapping))

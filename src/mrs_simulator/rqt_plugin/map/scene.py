@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 
+from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.flashes import Flashes
 from mrs_simulator.rqt_plugin.map.frame import Frame
 from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
 from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
-from mrs_simulator.rqt_plugin.map.scene_3d import scene_of, targets_of, trails_of
 from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.team import MapTeam, resting
-from mrs_simulator.rqt_plugin.map.trails import Trails
+from mrs_simulator.rqt_plugin.map.trails import Trails, trails_of
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -58,22 +58,28 @@ class MapScene(QWidget):
         self.revision += 1
         super().update(*args)
 
-    def scene_3d(self):
-        """Return what is shown as a ``Scene`` of three dimensions."""
-        team, on = self.team, self._shown
+    def team_scene(self):
+        """Return the robots, with what they carry, as a ``Scene``."""
+        team = self.team
         style = MapStyle.of(self, max(team.numbers, default=1))
+        return Scene(
+            team.kinds(), team.state, style.shades_of(team.numbers, team.fresh), load=team.load
+        )
+
+    def scene(self):
+        """Return what is shown as a ``Scene``."""
+        team, on = self.team, self._shown
         trails = (
             self._trails if on["trails"] and not self._begin_anew else Trails(len(team.numbers))
         )
-        targets = targets_of(team, self._targets, self._target_z) if on["targets"] else None
-        return scene_of(
-            team,
-            [style.shade(number) for number in team.numbers],
-            trails_of(team, trails, self._hidden_trails),
-            targets,
-            self._edges.list if on["edges"] else (),
-            self._standing + self._moving,
-            on["numbers"],
+        rows = {number: row for row, number in enumerate(team.numbers)}
+        edges = self._edges.list if on["edges"] else ()
+        return self.team_scene()._replace(
+            trails=trails_of(team, trails, self._hidden_trails),
+            targets=team.in_space(self._targets, self._target_z) if on["targets"] else None,
+            edges=[(rows[i], rows[j]) for i, j, _ in edges if i in rows and j in rows],
+            obstacles=self._standing + self._moving,
+            numbered=on["numbers"],
         )
 
     # What is shown -------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.vehicles.top_view import top_view
+from mrs_simulator.vehicles.top_view import outline
 
 
 class Shapes(NamedTuple):
@@ -38,11 +38,11 @@ class Shapes(NamedTuple):
         return Shapes(self.distinct, *(values[rows] for values in self[1:]))
 
     def by_kind(self):
-        """Yield the rows of each kind that there is, and its ``TopView``."""
+        """Yield the rows of each kind that there is, and its outline (k, 2) [m]."""
         for place, kind in enumerate(self.distinct):
             rows = np.flatnonzero(self.which == place)
             if len(rows):
-                yield rows, top_view(kind)
+                yield rows, outline(kind.body)
 
     @property
     def farthest(self):

@@ -41,6 +41,11 @@ class MapStyle(NamedTuple):
         """Return the colour of robot ``number``."""
         return self.shades[self.places([number])[0]]
 
+    def shades_of(self, numbers, fresh):
+        """Return the colours (n, 3) of robots in 0..1, grey of those that are not ``fresh`` (n,)."""
+        colour = np.array([shade.getRgbF()[:3] for shade in (*self.shades, self.mixed(0.5))])
+        return colour[np.where(fresh, self.places(numbers), -1)]
+
     def places(self, numbers):
         """Return the places of the robots ``numbers`` among the ``shades``."""
         return colours.places(numbers, self.count)

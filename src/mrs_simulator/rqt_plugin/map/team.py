@@ -52,6 +52,15 @@ class MapTeam:
         """Return the robots' kinds, as they are drawn."""
         return tuple(self.shapes.distinct[which] for which in self.shapes.which.tolist())
 
+    def in_space(self, targets, z):
+        """Return ``targets`` (n, 2) at heights ``z`` (n,), None: the robots' own, as (n, 3) [m].
+
+        None where there are none, or of another number of robots.
+        """
+        if targets is None or len(targets) != len(self.numbers):
+            return None
+        return np.column_stack([targets, self.state.heights if z is None else z])
+
     @property
     def overlapping(self):
         """Return the set of the numbers of robots that overlap another."""

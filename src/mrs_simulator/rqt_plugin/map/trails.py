@@ -87,3 +87,15 @@ class Trails:
         margin = self._spacing[:, np.newaxis]  # to where the robot is now
         seen = (self._low <= high + margin) & (self._high >= low - margin)
         return np.flatnonzero(seen.all(axis=1) & (self.count > 0))
+
+
+def trails_of(team, trails, hidden):
+    """Return the robots' ``trails`` up to where they are now, (m, 3) [m] each; none of those ``hidden``."""
+    now = np.column_stack([team.pose[:, :2], team.state.heights])
+    paths = map(trails.path_in_space, range(len(now)))
+    return tuple(
+        np.concatenate([path, now[row : row + 1]])
+        if len(path) and team.numbers[row] not in hidden
+        else np.empty((0, 3))
+        for row, path in enumerate(paths)
+    )

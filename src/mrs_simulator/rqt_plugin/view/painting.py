@@ -17,7 +17,7 @@ def paint(painter, drawing, plates):
     painter.fillRect(QRectF(0, 0, drawing.width, drawing.height), _colour((*drawing.ground, 1.0)))
     for layer in drawing.layers:
         if isinstance(layer, Polygons):
-            _fill(painter, layer)
+            fill(painter, layer)
         elif isinstance(layer, Lines):
             _draw_lines(painter, layer)
         elif isinstance(layer, Paths):
@@ -30,19 +30,20 @@ def _colour(parts):
     return QColor(*(int(round(255.0 * min(1.0, max(0.0, part)))) for part in parts))
 
 
-def _fill(painter, layer):
+def fill(painter, layer, rim=RIM):
+    """Paint the ``Polygons``, with lines ``rim`` [px] wide around them."""
     every = polygon(layer.points)
     ends = np.cumsum(layer.counts)
     brushes, pens = {}, {}
-    for end, count, colour, rim in zip(
+    for end, count, colour, code in zip(
         ends.tolist(), layer.counts.tolist(), _codes(layer.colours), _codes(layer.rims)
     ):
         if colour not in brushes:
             brushes[colour] = QBrush(_decoded(colour))
-        if rim not in pens:
-            pens[rim] = QPen(_decoded(rim), RIM) if rim >> 24 else Qt.NoPen
+        if code not in pens:
+            pens[code] = QPen(_decoded(code), rim) if code >> 24 else Qt.NoPen
         painter.setBrush(brushes[colour])
-        painter.setPen(pens[rim])
+        painter.setPen(pens[code])
         painter.drawConvexPolygon(every.mid(end - count, count))
 
 

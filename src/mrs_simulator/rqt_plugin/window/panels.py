@@ -94,7 +94,7 @@ class StudyPanels(QWidget):
 
     def _build_results(self):
         self.curves = CurvesPanel()
-        self.view = ViewPanel(self.map.scene_3d, lambda: self.map.revision)
+        self.view = ViewPanel(self.map.scene, lambda: self.map.revision)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
         self.messages = MessageList()

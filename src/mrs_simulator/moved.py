@@ -75,7 +75,7 @@ SPLIT = {
         "protocols.consensus.energies": ("second_order_energy",),
         "protocols.flocking.energies": ("flock_energy", "agreement_energy"),
         "protocols.gathering.energies": ("tension_energy", "coverage_energy"),
-        "protocols.shapes.energies": ("length_energy", "bearing_energy", "bearing_leaders_energy"),
+        "protocols.shapes.energies": ("length_energy", "bearing_energy"),
     },
     "control.laws.published_consensus": {
         "protocols.gathering.published": ("Pursuit", "Rendezvous", "Coverage"),

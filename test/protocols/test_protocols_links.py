@@ -411,7 +411,7 @@ def test_rates_that_no_eigenvalue_shows_are_those_of_the_exact_solution(
 def test_the_exact_solution_decays_by_the_modulus_of_a_round():
     scenario = shipped("consensus", links={"delay": 0.1, "carries": "difference"})
     start = np.array(scenario.poses)[:, :2]
-    law = make_control(scenario)._over_links(start)
+    law = make_control(scenario).over_links()
     modulus, _ = laws.agreement(law.round(), 6)
     round_length = law.turn * law.period
     before, after = disagreement(law.track(start, round_length * np.array([1000.0, 1001.0])))

@@ -12,13 +12,13 @@ from mrs_simulator.protocols import energies
 from mrs_simulator.protocols import shipped as law_of
 from mrs_simulator.protocols.consensus.energies import second_order_energy
 from mrs_simulator.protocols.curves import Curve, Energy, dissipated, integral
+from mrs_simulator.protocols.energies import error_energy
 from mrs_simulator.protocols.flocking.energies import agreement_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
 from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.shapes.energies import (
     bearing_energy,
-    bearing_leaders_energy,
     length_energy,
 )
 from mrs_simulator.record.recording import Run, read_run_csv
@@ -59,9 +59,11 @@ def test_energies_of_bearings_and_errors_typed_out():
     bearings = bearing_energy(pair, goal, 0.5)
     # (1 + 16)/2; 0.5 * 2 * (1 - 0.36).
     assert bearings.value(hand) == 8.5 and bearings.dissipation(hand) == pytest.approx(0.64)
-    leaders = bearing_leaders_energy(pair, goal, 0.5, 1)
-    # What is across x: 16/2; the follower's pull 4, squared, times 0.5.
-    assert leaders.value(hand) == 8.0 and leaders.dissipation(hand) == 8.0
+    # z = (e_1 - e_2)/sqrt 2 decays at 0.5 * 1, so that P = 1/2, and |z|^2 = 12.5.
+    leader = error_energy(np.array([[1.0, -1.0], [0.0, 0.0]]), 0.5, lambda p: p)
+    assert leader.value(hand) == pytest.approx(6.25) and leader.dissipation(hand) == pytest.approx(
+        6.25
+    )
     moving = second_order_energy(pair, 0.5)
     velocity = np.array([[1.0, 0.0], [-1.0, 0.0]])
     # 25/2 + 2/2; 0.5 * 4.
@@ -337,3 +339,14 @@ def test_one_robot_has_an_energy_or_none(name):
     if energy is not None:
         assert np.isfinite(energy.of(hand, 0.0 * hand, 0.0))
         assert np.isfinite(energy.spent(hand, 0.0 * hand, 0.0))
+
+
+def test_directed_bearings_lose_the_energy_that_their_matrix_says():
+    edges = [[i, j] for i in range(3, 7) for j in range(1, 7) if i != j and j < i]
+    scenario = shipped("bearing_leaders", topology={"edges": edges, "directed": True})
+    control = make_control(scenario)
+    hand, h = np.array(scenario.poses)[:, :2], 1e-6
+    energy, u = control.energy(hand), control.pointMassLaw(hand)
+    fall = (energy.value(hand - h * u) - energy.value(hand + h * u)) / (2.0 * h)
+    assert energy.dissipation(hand) > 1.0
+    assert fall == pytest.approx(energy.dissipation(hand), rel=1e-6)

@@ -7,6 +7,7 @@ the time [s].
 
 import numpy as np
 
+from mrs_simulator.core.linear_theorem import ZERO
 from mrs_simulator.protocols.curves import Energy
 
 DOUBLINGS = 60  # [-] most of Smith's method
@@ -41,7 +42,7 @@ def _squares(points):
 def averaging_energy(topology, gain, places=0.0):
     """Return the energy of ``p' = -gain L (p - places)``, None where none is known.
 
-    ``V = e^T L e/2`` on an undirected graph, else :func:`disagreement_energy`.
+    ``V = e^T L e/2`` on an undirected graph, else :func:`error_energy`.
     """
     if gain <= 0.0:
         return None
@@ -49,27 +50,7 @@ def averaging_energy(topology, gain, places=0.0):
         return laplacian_energy(topology, gain, places)
     if topology.n < 2 or not topology.has_spanning_tree():
         return None
-    return disagreement_energy(topology.laplacian(), gain, places)
-
-
-def disagreement_energy(laplacian, gain, places=0.0):
-    """Return ``V = z^T P z`` of ``p' = -gain L (p - places)``, L (n, n) directed, and ``D = gain |z|^2``.
-
-    ``z = U^T (p - places)``, U (n, n-1) an orthonormal basis of what robots do not share, and ``M^T P +
-    P M = I``, ``M = U^T L U``.  L has a spanning tree, so that all eigenvalues of M are to the right.
-    """
-    basis = unshared(len(laplacian))
-    weight = basis @ lyapunov(basis.T @ laplacian @ basis) @ basis.T
-
-    def value(hand):
-        away = hand - places
-        return (away * (weight @ away)).sum(axis=(-2, -1))
-
-    def dissipation(hand):
-        away = hand - places  # |U^T e| is what is left of e without its mean
-        return gain * _squares(away - away.mean(axis=-2, keepdims=True))
-
-    return Energy("$V = e^T P e$ [m$^2$]", value, dissipation, stacks=True)
+    return error_energy(topology.laplacian(), gain, lambda hand: hand - places)
 
 
 def unshared(n):
@@ -77,26 +58,29 @@ def unshared(n):
     return np.linalg.qr(np.column_stack([np.ones(n), np.eye(n)[:, : n - 1]]))[0][:, 1:]
 
 
-def error_energy(matrix, gain, error, moving=False):
-    """Return ``V = e^T P e`` of ``e' = -gain M e``, and ``D = gain |e|^2``.
+def error_energy(matrix, gain, error, moving=False, basis=None):
+    """Return ``V = z^T P z`` of ``e' = -gain M e``, M = ``matrix``, and ``D = gain |z|^2``, ``z = U^T e``.
 
-    M = ``matrix`` has eigenvalues of positive real parts, and ``M^T P + P M = I``.  ``error(p)``, or
-    ``error(p, v, t)`` of a ``moving`` goal, returns e, (k, d) [m].
+    U is an orthonormal ``basis`` of what moves, by default of all but the null space of M, and ``N^T P +
+    P N = I``, ``N = U^T M U``; None where z does not decay.  ``error(p)``, or ``error(p, v, t)`` of a
+    ``moving`` goal, returns e, (..., k, d) [m].
     """
-    return _quadratic(matrix, gain, error, moving)
-
-
-def _quadratic(matrix, gain, error, moving=False):
-    weight = lyapunov(matrix)
+    if basis is None:
+        _, singular, rows = np.linalg.svd(matrix)
+        basis = rows[singular > ZERO * singular.max(initial=0.0)].T
+    among = basis.T @ matrix @ basis
+    if np.linalg.eigvals(among).real.min(initial=1.0) <= 0.0:
+        return None
+    weight, kept = basis @ lyapunov(among) @ basis.T, basis @ basis.T
 
     def value(*state):
         away = error(*state)
-        return float((away * (weight @ away)).sum())
+        return (away * (weight @ away)).sum(axis=(-2, -1))
 
     def dissipation(*state):
-        return gain * float((error(*state) ** 2).sum())
+        return gain * _squares(kept @ error(*state))
 
-    return Energy("$V = e^T P e$ [m$^2$]", value, dissipation, moving)
+    return Energy("$V = e^T P e$ [m$^2$]", value, dissipation, moving, stacks=not moving)
 
 
 def lyapunov(matrix):

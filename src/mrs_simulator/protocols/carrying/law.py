@@ -11,8 +11,6 @@ than ``gain + coupling lambda_2``.  Between grips of stiffness K the internal fo
 its misfit; it ends at zero, and each then carries its share ``G+ w`` of the weight (``core.grasps``).
 """
 
-import copy
-
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -22,9 +20,9 @@ from mrs_simulator.core.claims import Claim, decay_rate
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import cos_sin, phase_of
 from mrs_simulator.core.spatial import headings, rotated, turned_about_z
-from mrs_simulator.protocols.common import attracting, below, commands_by
-from mrs_simulator.protocols.consensus.law import powers
+from mrs_simulator.protocols.common import attracting, below
 from mrs_simulator.protocols.curves import Curve
+from mrs_simulator.protocols.linear_errors import Tracking
 from mrs_simulator.protocols.published.laws import weights_of
 from mrs_simulator.protocols.shapes.law import TOLERANCES, undirected
 from mrs_simulator.protocols.shapes.published import Marching, least_snap
@@ -37,7 +35,7 @@ REST = 2.0  # [N] of internal force that a run may end with, without forces of m
 SHARE = 0.1  # [-] of the largest internal force, by which a run may be off theory
 
 
-class Carrying(PioneerControl):
+class Carrying(Tracking, PioneerControl):
     """A load carried along a minimum-snap path through waypoints, by the tools of arms in formation.
 
     Each is drawn to its grasp on the moving load, and to its neighbours' errors, against internal forces.
@@ -75,13 +73,6 @@ class Carrying(PioneerControl):
     )
     DIMENSIONS = (2, 3)
     load = None  # ``load.Load``
-    _begun = 0.0  # [s] of the path that are over when the run which is judged begins
-
-    def resumed(self, time, memory):
-        """Return the law as it goes on from ``time`` [s]."""
-        rest = copy.copy(self)
-        rest._begun = self._begun + time
-        return rest
 
     def carry(self, load):
         """Carry ``load``, a ``load.Load``; ``ControlError`` without one."""
@@ -133,24 +124,15 @@ class Carrying(PioneerControl):
         drawn = self.coupling * (self.topology.laplacian() @ error)
         return (then - now) / self.period - self.gain * error - drawn
 
-    def targets(self, hand):
-        """Return where the tools are wanted now, (n, d) [m]."""
-        return self.wanted([self.time])[0]
-
     # What theory says of a run -------------------------------------------------------------------
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        counts, away = commands_by(time, self.period), start - self.wanted([0.0])[0]
-        shrinks = np.eye(len(start)) - self.period * self._modes()
-        return self.wanted(counts * self.period) + powers(shrinks, away, counts)
-
-    def _modes(self):
+    def error_matrix(self):
+        """Return ``gain I + coupling L``, (n, n) [1/s]."""
         return self.gain * np.eye(len(self.numbers)) + self.coupling * self.topology.laplacian()
 
     def claims(self, start):
         """Return that the load follows its path, and that internal forces are as predicted and end."""
-        greatest = float(np.abs(np.linalg.eigvals(self._modes())).max())
+        greatest = float(np.abs(np.linalg.eigvals(self.error_matrix())).max())
         conditions = [
             attracting(self.gain),
             below("greatest eigenvalue times Tc < 2", greatest * self.period, 2.0, necessary=True),

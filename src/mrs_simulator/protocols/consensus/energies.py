@@ -13,7 +13,7 @@ def second_order_energy(topology, damping):
     what robots do not share, ``x = (U^T p, U^T v)``; None where that grows.  Ren and Atkins, 2007.
     """
     if topology.directed:
-        return _second_order_error(topology.laplacian(), damping)
+        return _of_what_is_not_shared(topology.laplacian(), damping)
     first, second, weights = topology.arcs
 
     def stretched(x):
@@ -29,15 +29,12 @@ def second_order_energy(topology, damping):
     return Energy("$V = p^T L p/2 + |v|^2/2$ [m$^2$/s$^2$]", value, dissipation, True)
 
 
-def _second_order_error(laplacian, damping):
-    basis = unshared(len(laplacian))
-    among = basis.T @ laplacian @ basis
-    nothing, one = np.zeros_like(among), np.eye(len(among))
-    matrix = np.block([[nothing, -one], [among, damping * among]])
-    if np.linalg.eigvals(matrix).real.min(initial=1.0) <= 0.0:
-        return None
+def _of_what_is_not_shared(laplacian, damping):
+    nothing, one = np.zeros_like(laplacian), np.eye(len(laplacian))
+    matrix = np.block([[nothing, -one], [laplacian, damping * laplacian]])
 
-    def error(hand, velocity, time):
-        return np.concatenate([basis.T @ hand, basis.T @ velocity])
+    def state(hand, velocity, time):
+        return np.concatenate([hand, velocity])
 
-    return error_energy(matrix, 1.0, error, moving=True)
+    basis = np.kron(np.eye(2), unshared(len(laplacian)))
+    return error_energy(matrix, 1.0, state, moving=True, basis=basis)

@@ -20,7 +20,6 @@ from mrs_simulator.protocols.common import (
     AGREED,
     DECAY,
     below,
-    commands_by,
     gain_conditions,
     spanning_tree,
 )
@@ -29,9 +28,8 @@ from mrs_simulator.protocols.consensus.equations import (
     has_simple_modes,
     largest_step,
 )
-from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
-from mrs_simulator.protocols.energies import averaging_energy
-from mrs_simulator.protocols.published.laws import Averaging, exact_motion, weights_of
+from mrs_simulator.protocols.consensus.over_links import AveragingLaw
+from mrs_simulator.protocols.published.laws import Averaging, weights_of
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
 EPS = Parameter(
@@ -72,7 +70,7 @@ def never_grows(quantity, name, period):
     return claim._replace(measure=growth)
 
 
-class Consensus(PioneerControl):
+class Consensus(AveragingLaw, PioneerControl):
     """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005.
 
     Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)``, which ``w^T p`` keeps; w
@@ -84,6 +82,7 @@ class Consensus(PioneerControl):
     PARAMETERS = (GAIN,)
     DIMENSIONS = (2, 3)
     MEMORYLESS = True
+    THRESHOLD = r"$\kappa T_c = 2/\lambda_{\max}$"
 
     def published(self):
         """Return the law as published."""
@@ -94,52 +93,29 @@ class Consensus(PioneerControl):
         """Return the hand points' velocities, (n, d) [m/s]."""
         return difference_flow(self.gain, self.topology)
 
-    def energy(self, start):
-        """Return ``p^T L p/2``, over a directed graph that of the disagreement."""
-        return averaging_energy(self.topology, self.gain)
-
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
-        conditions = [
-            spanning_tree(self.topology),
-            *gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology)),
-        ]
+        conditions = [spanning_tree(self.topology), *self._converging()]
         if not self.topology.has_spanning_tree():
             return conditions
         return conditions + [
             converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
             keeps_weighted_mean(self.topology),
-            *decays_at(
-                sampled_rate(self.gain * self.topology.laplacian(), self.period), self.topology
-            ),
+            *decays_at(sampled_rate(self.error_matrix(), self.period), self.topology),
         ]
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
-        return powers(step, start, commands_by(time, self.period))
+    def _converging(self):
+        return gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
 
     def stability(self, start):
         """Return how far ``gain Tc`` is from ``2/lambda_max``; None over edges with faults."""
         if self.links.faults:
             return None
         margin = share_left(self.gain * self.period, largest_step(self.topology))
-        return Stability(r"$\kappa T_c = 2/\lambda_{\max}$", margin)
-
-    def claims_over_links(self, start):
-        """Return limit and rate over delayed and switching edges, agreement over lossy ones."""
-        return linear_claims(self._over_links(start), start)
-
-    def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
-        return self._over_links(start).track(start, time)
-
-    def _over_links(self, start):
-        places = np.zeros_like(start)
-        return Linear(self.topology, self.gain, places, self.period, self.links, AGREED, 0.02)
+        return Stability(self.THRESHOLD, margin)
 
 
-class DiscreteConsensus(PioneerControl):
+class DiscreteConsensus(Consensus):
     """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007.
 
     Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)`` if ``eps`` is above 0 and
@@ -148,70 +124,20 @@ class DiscreteConsensus(PioneerControl):
     """
 
     PARAMETERS = (EPS,)
-    DIMENSIONS = (2, 3)
-    MEMORYLESS = True
+    THRESHOLD = r"$\varepsilon = 2/\lambda_{\max}$"
 
-    def published(self):
-        """Return the law as published."""
-        return Averaging(weights_of(self.topology), self.eps / self.period)
+    @property
+    def gain(self):
+        """Return the gain [1/s] of consensus with such commands, eps over the period."""
+        return self.eps / self.period
 
     @flow_law
     def pointMassLaw(self):
         """Return the velocities (n, d) [m/s] that make one step in ``self.period``."""
         return discrete_flow(self.topology, self.eps, self.period)
 
-    def energy(self, start):
-        """Return ``p^T L p/2``, over a directed graph that of the disagreement."""
-        return averaging_energy(self.topology, self.eps / self.period)
-
-    def claims(self, start):
-        """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""
-        conditions = [
-            spanning_tree(self.topology),
+    def _converging(self):
+        return [
             Condition("eps above 0", self.eps > 0.0, "robots are driven apart", necessary=True),
             below("eps < 2/lambda_max", self.eps, largest_step(self.topology), necessary=True),
         ]
-        if not self.topology.has_spanning_tree():
-            return conditions
-        decay = sampled_rate(self.eps / self.period * self.topology.laplacian(), self.period)
-        return conditions + [
-            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
-            keeps_weighted_mean(self.topology),
-            *decays_at(decay, self.topology),
-        ]
-
-    def prediction(self, start, time):
-        """Return the exact solution, (m, n, d) [m], at ``time`` (m,) [s]."""
-        return exact_motion(self.published(), start, self.period, time)[0]
-
-    def stability(self, start):
-        """Return how far ``eps`` is from ``2/lambda_max``; None over edges with faults."""
-        if self.links.faults:
-            return None
-        margin = share_left(self.eps, largest_step(self.topology))
-        return Stability(r"$\varepsilon = 2/\lambda_{\max}$", margin)
-
-    def claims_over_links(self, start):
-        """Return what :class:`Consensus` of gain ``eps`` over the period does."""
-        return linear_claims(self._over_links(start), start)
-
-    def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
-        return self._over_links(start).track(start, time)
-
-    def _over_links(self, start):
-        gain, places = self.eps / self.period, np.zeros_like(start)
-        return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.02)
-
-
-def powers(step, start, counts):
-    """Return ``step^k start``, (m, n, 2), for each k of ascending ``counts`` (m,)."""
-    track, point, done = np.empty((len(counts),) + start.shape), start, 0
-    jumps = {}
-    for row, count in enumerate(counts.tolist()):
-        jump = count - done
-        if jump not in jumps:
-            jumps[jump] = np.linalg.matrix_power(step, jump)
-        point, done = jumps[jump] @ point, count
-        track[row] = point
-    return track

@@ -18,6 +18,7 @@ from mrs_simulator.core.edge_faults import kept_edges, turn_steps, up_in
 from mrs_simulator.core.graphs import arcs_of
 from mrs_simulator.core.spectra import ZERO, spectral_radius
 from mrs_simulator.protocols.common import (
+    AGREED,
     all_hold,
     attracting,
     below,
@@ -31,6 +32,8 @@ from mrs_simulator.protocols.consensus.over_links_equations import (
     round_of,
     step_matrix,
 )
+from mrs_simulator.protocols.energies import averaging_energy
+from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.scenario.network.links import Links
 
 MOST_STATES = 600  # [-] rows of a state whose eigenvalues are looked for
@@ -103,6 +106,34 @@ class Linear(NamedTuple):
         away = start - self.places
         points = points_over_links(away, flows, self.turn, self.delays, both)
         return self.places + held_track(points, time, self.period)
+
+
+class AveragingLaw(LinearErrors):
+    """Mixin of laws ``u = -gain L (p - r)``, r at rest, also over edges with faults."""
+
+    PLACE, SHARE = AGREED, 0.02  # [m], [-] tolerances over such edges
+
+    def error_matrix(self):
+        """Return ``gain L``, (n, n) [1/s]."""
+        return self.gain * self.topology.laplacian()
+
+    def energy(self, start):
+        """Return ``e^T L e/2``, ``e = p - r``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.gain, self.reference(0.0))
+
+    def claims_over_links(self, start):
+        """Return limit and rate over delayed and switching edges, agreement over lossy ones."""
+        return linear_claims(self.over_links(), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
+        law = self.over_links()
+        return law and law.track(start, time)
+
+    def over_links(self):
+        """Return the law over ``self.links``, a :class:`Linear`, or None."""
+        places, accuracy = self.reference(0.0), (self.PLACE, self.SHARE)
+        return Linear(self.topology, self.gain, places, self.period, self.links, *accuracy)
 
 
 def linear_claims(law, start):

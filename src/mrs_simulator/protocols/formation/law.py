@@ -8,10 +8,10 @@ from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology, arcs_of
-from mrs_simulator.core.spectra import ZERO, stable_step
+from mrs_simulator.core.spectra import stable_step
 from mrs_simulator.protocols.common import below, commands_by
-from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
-from mrs_simulator.protocols.energies import disagreement_energy
+from mrs_simulator.protocols.consensus.over_links import AveragingLaw, Linear, linear_claims
+from mrs_simulator.protocols.energies import error_energy
 from mrs_simulator.protocols.formation import equations as formation
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
@@ -40,7 +40,7 @@ TOLERANCES = {
 }
 
 
-class Formation(PioneerControl):
+class Formation(AveragingLaw, PioneerControl):
     """The paper's law (6): ``u_i = -(k/T)(alpha_i - alpha_i*)``, a line parallel to the x axis.
 
     Theorem: for ``0 < k < 1`` all errors decay, along a chain with the eigenvalue ``1 - k`` in each step,
@@ -132,12 +132,17 @@ class Formation(PioneerControl):
         return formation.predicted_after(steps, start, self._offsets, self._closure, share)
 
     def energy(self, start):
-        """Return the energy of what robots are off each other's places, None where some drift apart."""
-        law, laplacian = self.published(), self._laplacian()
-        tree = int(np.sum(np.abs(np.linalg.eigvals(laplacian)) < ZERO)) == 1
-        return (
-            disagreement_energy(laplacian, law.gain, law.places) if tree and self.k > 0.0 else None
-        )
+        """Return the energy of what robots are off each other's places."""
+        places = self.published().places
+        return error_energy(self._laplacian(), self.gain, lambda hand: hand - places)
+
+    def error_matrix(self):
+        """Return ``kappa D^-1 L``, (n, n) [1/s]."""
+        return self.gain * self._laplacian()
+
+    def reference(self, time):
+        """Return the places on the line, (n, d) [m]."""
+        return self._offsets
 
     def _laplacian(self):
         """Return ``D^-1 L``, (n, n), with rows of zeros for robots without neighbours."""
@@ -221,28 +226,18 @@ class Formation(PioneerControl):
         share, name = self.gain * self.period, "(k/T) Tc < 2/lambda_max"
         if len(self.numbers) > MOST_ROBOTS:
             return below(name, share, 1.0)  # lambda_max is at most 2
-        law = self.published()
-        in_weight = np.maximum(law.weights.sum(axis=1), 1e-300)[:, np.newaxis]
-        values = np.linalg.eigvals(
-            np.diag((law.weights > 0.0).any(axis=1) * 1.0) - law.weights / in_weight
-        )
-        return below(name, share, stable_step(values))
+        return below(name, share, stable_step(np.linalg.eigvals(self._laplacian())))
 
     def claims_over_links(self, start):
         """Return the shape, and as far as theory knows the edges the place and the rate."""
-        law = self._over_links()
+        law = self.over_links()
         known = law and linear_claims(law, start)
         if not known or isinstance(known[-1], Condition):
             return known
         shape = [c for c in self.claims(start) if c.name.startswith(("final gap", "y spread"))]
         return known + shape
 
-    def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
-        law = self._over_links()
-        return law and law.track(start, time)
-
-    def _over_links(self):
+    def over_links(self):
         """Return law (6) as ``Linear``, with the weights of a mean; None where means change as edges do."""
         closure = self._closure
         arcs, weights, _ = arcs_of(closure)

@@ -24,11 +24,11 @@ from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, resting
-from mrs_simulator.protocols.consensus.law import powers
 from mrs_simulator.protocols.energies import error_energy, laplacian_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
 from mrs_simulator.protocols.gathering import published
 from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
+from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.protocols.marching.equations import read_waypoints
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
 
@@ -40,7 +40,7 @@ HELD = {"point_mass": 1e-6, "kinematic": 0.005, "dynamic": 0.005}  # [-] of the 
 ROUNDING = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-] of a growth, by fidelity
 
 
-class Containment(PioneerControl):
+class Containment(LinearErrors, PioneerControl):
     """Followers average over neighbours, the last robots stand: Ji and others, 2008.
 
     Theorem: if every follower receives from a leader, be it over others, the followers come to
@@ -88,6 +88,12 @@ class Containment(PioneerControl):
             [gathering_equations.containment_limit(leaders, self.topology), leaders]
         )
 
+    def error_matrix(self):
+        """Return ``gain L``, (n, n) [1/s], with zeros for the leaders."""
+        matrix = self.gain * self.topology.laplacian()
+        matrix[self.topology.n - self.leaders :] = 0.0
+        return matrix
+
     def energy(self, start):
         """Return ``p^T L p/2`` with leaders that stand, over a directed graph the followers' errors'."""
         if self.gain <= 0.0:
@@ -96,18 +102,11 @@ class Containment(PioneerControl):
             return laplacian_energy(self.topology, self.gain, standing=self.leaders)
         if self.targets(start) is None or self.leaders == len(start):
             return None
-        laplacian, count = self.topology.laplacian(), len(start) - self.leaders
-        among, above = laplacian[:count, :count], laplacian[:count, count:]
-
-        def error(hand):
-            return hand[:count] + np.linalg.solve(among, above @ hand[count:])
-
-        return error_energy(among, self.gain, error)
+        return error_energy(self.error_matrix() / self.gain, self.gain, lambda hand: hand)
 
     def claims(self, start):
         """Return the followers' limit, its place in the leaders' hull, and the rate of ``L_ff``."""
-        own = self.gain * gathering_equations.follower_blocks(self.topology, self.leaders)[0]
-        step = np.abs(1.0 - self.period * np.linalg.eigvals(own)).max(initial=0.0)
+        decay, followers = sampled_rate(self.error_matrix(), self.period), len(start) - self.leaders
         reached = gathering_equations.all_reached_by_leaders(self.topology, self.leaders)
         conditions = [
             Condition(
@@ -118,16 +117,14 @@ class Containment(PioneerControl):
             ),
             attracting(self.gain),
         ]
-        if reached:  # else there is an eigenvalue 0, whatever the gain
-            why = "it is {:.3g}".format(step)
+        if reached and followers:  # else there is an eigenvalue 0, whatever the gain
+            why = "it is {:.3g}".format(np.exp(-decay * self.period))
             conditions.append(
-                Condition("|1 - gain Tc lambda(L_ff)| < 1", bool(step < 1.0), why, necessary=True)
+                Condition("|1 - gain Tc lambda(L_ff)| < 1", decay > 0.0, why, necessary=True)
             )
-        followers = len(start) - self.leaders
         if not followers or not reached:
             return conditions
         limit, corners = self.targets(start), start[followers:]
-        decay = sampled_rate(own, self.period)
 
         def outside(run):
             return float(gathering_equations.outside_hull(run.hand[-1, :followers], corners).max())
@@ -143,13 +140,6 @@ class Containment(PioneerControl):
                 floor=resting(self, followers),
             ),
         ]
-
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
-        standing = len(start) - self.leaders
-        step[standing:] = np.eye(len(start))[standing:]
-        return powers(step, start, commands_by(time, self.period))
 
 
 class Rendezvous(PioneerControl):

@@ -22,12 +22,11 @@ from mrs_simulator.protocols.common import (
     all_hold,
     attracting,
     below,
-    commands_by,
     spanning_tree,
 )
 from mrs_simulator.protocols.consensus.equations import has_simple_modes
-from mrs_simulator.protocols.consensus.law import powers
-from mrs_simulator.protocols.energies import error_energy, unshared
+from mrs_simulator.protocols.energies import error_energy
+from mrs_simulator.protocols.linear_errors import Tracking
 from mrs_simulator.protocols.marching import equations as laws
 from mrs_simulator.protocols.published.laws import weights_of
 from mrs_simulator.protocols.shapes import published
@@ -58,7 +57,7 @@ RADIUS = Parameter(
 )
 
 
-class Marching(Shaped):
+class Marching(Tracking, Shaped):
     """A formation on a path: feed-forward of the wanted places' velocity, and the displacement law.
 
     In space the path is level, at height 0.
@@ -93,15 +92,6 @@ class Marching(Shaped):
         ),
         Parameter("feed_forward", True, meaning="all know the wanted velocity, not only leaders"),
     )  # fmt: skip
-
-    MEMORYLESS = False  # it knows the time
-    _begun = 0.0  # [s] of the march that are over when the run which is judged begins
-
-    def resumed(self, time, memory):
-        """Return the march as it goes on from ``time`` [s]."""
-        rest = copy.copy(self)
-        rest._begun = self._begun + time
-        return rest
 
     def published(self):
         """Return the law as published."""
@@ -151,25 +141,37 @@ class Marching(Shaped):
 
     # What theory says of a run -------------------------------------------------------------------
 
+    def error_matrix(self):
+        """Return ``gain L + anchor I``, (n, n) [1/s]; None where no lag is known to be steady."""
+        needed = [spanning_tree(self.topology), *self._straight()]
+        if not self.feed_forward and (self.gain == 0.0 or not all_hold(needed)):
+            return None
+        return self.gain * self.topology.laplacian() + self.anchor * np.eye(self.topology.n)
+
+    def reference(self, time):
+        """Return the wanted places, without feed-forward less the lags, (m, n, d) [m]."""
+        return self._behind(self.wanted(time))
+
+    def _behind(self, wanted):
+        """Return ``wanted`` (..., n, d) less the lags."""
+        behind = np.array(wanted)
+        if not self.feed_forward:
+            behind[..., 0] -= self._lag()
+        return behind
+
     def energy(self, start):
         """Return ``e^T P e`` of the errors, without feed-forward of what is off the lags."""
-        moves = self.feed_forward or all_hold(self._straight())
-        if self.gain <= 0.0 or not self.topology.has_spanning_tree() or not moves:
+        matrix = self.error_matrix()
+        if self.gain <= 0.0 or not self.topology.has_spanning_tree() or matrix is None:
             return None
-        steady = np.zeros_like(start)
-        if not self.feed_forward:
-            steady[:, 0] = -self._lag()
-        laplacian, n = self.topology.laplacian(), len(start)
-        basis = np.eye(n) if self.anchor > 0.0 else unshared(n)
-        matrix = basis.T @ (laplacian + self.anchor / self.gain * np.eye(n)) @ basis
         wanted = (
             type(self).published(self).wanted
         )  # of the whole march, also of one that is resumed
 
         def error(hand, velocity, time):
-            return basis.T @ (hand - wanted(self._begun + time) - steady)
+            return hand - self._behind(wanted(self._begun + time))
 
-        return error_energy(matrix, self.gain, error, moving=True)
+        return error_energy(matrix / self.gain, self.gain, error, moving=True)
 
     def claims(self, start):
         """Return that no steady error is left, or without feed-forward the one that is."""
@@ -190,20 +192,6 @@ class Marching(Shaped):
             return conditions  # with gain 0 nothing bounds the lag
         claims = self._no_error() if self.feed_forward else self._lags()
         return conditions + without_rates(claims, self.fidelity)
-
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        steady = np.zeros_like(start)
-        if not self.feed_forward:
-            needed = [spanning_tree(self.topology), *self._straight()]
-            if self.gain == 0.0 or not all_hold(needed):
-                return None
-            steady[:, 0] = -self._lag()
-        matrix = self.gain * self.topology.laplacian() + self.anchor * np.eye(len(start))
-        counts = commands_by(time, self.period)
-        error = start - self.wanted([0.0])[0] - steady
-        away = powers(np.eye(len(start)) - self.period * matrix, error, counts)
-        return self.wanted(counts * self.period) + steady + away
 
     def _listens(self):
         """Return who follows, (n,) bool: also while its edges are down."""
@@ -226,23 +214,20 @@ class Marching(Shaped):
         lag[listens] = np.linalg.solve(among, np.full(int(listens.sum()), self.speed))
         return lag
 
-    def _errors(self, run):
-        return run.hand - self.wanted(run.time - run.time[0])
-
     def _lags(self):
         lag, leader = self._lag(), int(np.flatnonzero(~self._listens())[0])
 
         def lags(run):
-            behind = self._errors(run)[:, :, 0]
+            behind = self.errors(run)[:, :, 0]
             return behind[:, leader, np.newaxis] - behind
 
         def off(run):
-            error = self._errors(run)[-1]
+            error = self.errors(run)[-1]
             error[:, 0] += lag
             return float(np.linalg.norm(error - error[leader], axis=1).max())
 
         def drift(run):
-            error = self._errors(run)[:, leader]
+            error = self.errors(run)[:, leader]
             return float(np.linalg.norm(error - error[0], axis=1).max())
 
         last, allowed = int(np.argmax(lag)), self.tolerance
@@ -262,18 +247,18 @@ class Marching(Shaped):
         weights, allowed = left_null_vector(self.topology), self.tolerance
 
         def displacement(run):
-            errors = self._errors(run)[-max(1, len(run.time) // LAST) :]
+            errors = self.errors(run)[-max(1, len(run.time) // LAST) :]
             worst = [
                 np.linalg.norm(e[receiver] - e[sender], axis=1).max(initial=0.0) for e in errors
             ]
             return float(max(worst))
 
         def drift(run):
-            centre = np.einsum("i,mid->md", weights, self._errors(run))
+            centre = np.einsum("i,mid->md", weights, self.errors(run))
             return float(np.linalg.norm(centre - centre[0], axis=1).max())
 
         def place(run):
-            return float(np.linalg.norm(self._errors(run)[-1], axis=1).max())
+            return float(np.linalg.norm(self.errors(run)[-1], axis=1).max())
 
         claims = [
             Claim("steady displacement error [m]", 0.0, allowed.rest, displacement),
@@ -288,7 +273,7 @@ class Marching(Shaped):
                     "decay rate of the error [1/s]",
                     decay,
                     allowed.rate * decay,
-                    lambda run: settling_rate(run.time, scale(self._errors(run))),
+                    lambda run: settling_rate(run.time, scale(self.errors(run))),
                     # Turning robots leave millimetres before the slowest mode is alone.
                     "equal" if self.fidelity == "point_mass" else "at least",
                     free=True,

@@ -53,27 +53,3 @@ def bearing_energy(topology, goal, gain):
         return gain * float((stretch * (1.0 - along**2)).sum())
 
     return Energy("$V = |p - p^*|^2/2$ [m$^2$]", value, dissipation)
-
-
-def bearing_leaders_energy(topology, places, gain, leaders):
-    """Return ``V = sum_edges a_ij |P(g*_ij)(p_i - p_j)|^2/2``, the first ``leaders`` standing.
-
-    ``D = gain sum_i |grad_i V|^2`` over the followers.  Zhao and Zelazo, 2016.
-    """
-    first, second, weights = _edges(topology)
-    wanted = _units(places[first] - places[second])
-
-    def across(hand):
-        apart = hand[first] - hand[second]
-        return apart - (apart * wanted).sum(axis=1)[:, np.newaxis] * wanted
-
-    def value(hand):
-        return 0.5 * float((weights * (across(hand) ** 2).sum(axis=1)).sum())
-
-    def dissipation(hand):
-        pull, total = weights[:, np.newaxis] * across(hand), np.zeros_like(hand)
-        np.add.at(total, first, pull)
-        np.add.at(total, second, -pull)
-        return gain * float((total[leaders:] ** 2).sum())
-
-    return Energy("$V$ of the bearings [m$^2$]", value, dissipation)

@@ -32,20 +32,18 @@ from mrs_simulator.core.spectra import (
 )
 from mrs_simulator.protocols.common import (
     all_hold,
-    commands_by,
     gain_conditions,
     resting,
     spanning_tree,
 )
 from mrs_simulator.protocols.consensus.equations import has_simple_modes
-from mrs_simulator.protocols.consensus.law import powers
-from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
-from mrs_simulator.protocols.energies import averaging_energy
+from mrs_simulator.protocols.consensus.over_links import AveragingLaw
+from mrs_simulator.protocols.energies import error_energy
+from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.protocols.published.laws import Averaging, shape_of, weights_of
 from mrs_simulator.protocols.shapes import equations as laws
 from mrs_simulator.protocols.shapes.energies import (
     bearing_energy,
-    bearing_leaders_energy,
     length_energy,
 )
 from mrs_simulator.protocols.shapes.published import (
@@ -174,7 +172,7 @@ def spread_as(places, start):
     return Condition("start not " + held, bool(spread), "robots would stay on it", necessary=True)
 
 
-class DisplacementFormation(Shaped):
+class DisplacementFormation(AveragingLaw, Shaped):
     """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``: Oh, Park, Ahn, 2015.
 
     Theorem: over a graph with a spanning tree the robots take the shape d, at the place where ``w^T p``
@@ -198,9 +196,9 @@ class DisplacementFormation(Shaped):
         places = self.places()
         return places + left_null_vector(self.topology) @ (hand - places)
 
-    def energy(self, start):
-        """Return ``e^T L e/2``, ``e = p - d``, over a directed graph that of the disagreement."""
-        return averaging_energy(self.topology, self.gain, self.places())
+    def reference(self, time):
+        """Return the places of the shape, (n, d) [m]."""
+        return self.places()
 
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
@@ -210,7 +208,7 @@ class DisplacementFormation(Shaped):
         conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
         places, limit, allowed = self.places(), self.targets(start), self.tolerance
         weights = left_null_vector(self.topology)
-        decay = sampled_rate(self.gain * self.topology.laplacian(), self.period)
+        decay = sampled_rate(self.error_matrix(), self.period)
 
         def weighted_mean(hand):
             return np.einsum("i,mid->md", weights, hand)
@@ -230,32 +228,14 @@ class DisplacementFormation(Shaped):
         claims = claims if has_simple_modes(self.topology) else claims[:-1]
         return conditions + claims
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
-        counts = commands_by(time, self.period)
-        return self.places() + powers(step, start - self.places(), counts)
-
     def claims_over_links(self, start):
         """Return what :class:`Consensus` does, of the errors ``p - d``."""
-        claims = linear_claims(self._over_links(), start)
+        claims = super().claims_over_links(start)
         return claims if claims is None else without_rates(claims, self.fidelity)
 
-    def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
-        return self._over_links().track(start, time)
-
-    def _over_links(self):
-        allowed = self.tolerance
-        return Linear(
-            self.topology,
-            self.gain,
-            self.places(),
-            self.period,
-            self.links,
-            allowed.place,
-            allowed.rate,
-        )
+    def over_links(self):
+        """Return the law over ``self.links``, a ``Linear``."""
+        return super().over_links()._replace(place=self.tolerance.place, share=self.tolerance.rate)
 
 
 def displacement_error(places, topology, tolerance):
@@ -443,7 +423,7 @@ def bearing_error(places, topology, tolerance):
     return ends_at(worst, 0.0, tolerance, "worst bearing error at the end [-]")
 
 
-class BearingLeaders(Shaped):
+class BearingLeaders(LinearErrors, Shaped):
     """``u_i = -gain sum_j a_ij P(g*_ij)(p_i - p_j)``, robots 1 and 2 still: Zhao, Zelazo, 2016.
 
     Theorem: if the bearings and the two leaders' places leave one target alone (the followers' block of
@@ -469,11 +449,15 @@ class BearingLeaders(Shaped):
         return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
 
     def energy(self, start):
-        """Return what bearings other than the wanted ones cost, on an undirected graph."""
-        if self.topology.directed or self.gain <= 0.0:
+        """Return ``e^T P e`` of the errors from formations with the wanted bearings."""
+        if self.gain <= 0.0:
             return None
         places = self.published_places()
-        return bearing_leaders_energy(self.topology, places, self.gain, LEADERS)
+
+        def error(hand):
+            return (hand - places).reshape(hand.shape[:-2] + (-1, 1))
+
+        return error_energy(self.error_matrix() / self.gain, self.gain, error)
 
     def claims(self, start):
         """Return that the unique target is reached, at the rate of ``B_ff``, with its bearings."""
@@ -481,15 +465,15 @@ class BearingLeaders(Shaped):
         if not all_hold(conditions):
             return conditions
         places, topology, allowed = self.places(), self.topology, self.tolerance
-        matrix = self._follower_matrix()
-        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvals(matrix))
+        values = np.linalg.eigvals(self._follower_matrix())
+        conditions += gain_conditions(self.gain, self.period, values)
         conditions.append(self._leaders_fit(start))
         limit = self.targets(start)
         claims = [
             converges_to(limit, allowed.place, "distance from the unique target [m]"),
             bearing_error(places, topology, allowed.share),
             rate(
-                sampled_rate(self.gain * matrix, self.period),
+                sampled_rate(self.error_matrix(), self.period),
                 distance_to(limit),
                 allowed.rate,
                 "decay rate of the error [1/s]",
@@ -498,23 +482,19 @@ class BearingLeaders(Shaped):
         ]
         return conditions + claims
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        limit = self.targets(start)
-        if limit is None:
-            return None
-        matrix = self._follower_matrix()
-        step = np.eye(len(matrix)) - self.gain * self.period * matrix
-        counts = commands_by(time, self.period)
-        track = np.repeat(limit[np.newaxis], len(counts), axis=0)
-        away = (start - limit)[LEADERS:].reshape(-1, 1)
-        track[:, LEADERS:] += powers(step, away, counts).reshape(len(counts), -1, start.shape[1])
-        return track
+    def error_matrix(self):
+        """Return ``gain B``, (n d, n d) [1/s], B the bearing Laplacian with zeros for the leaders."""
+        matrix = self.gain * laws.bearing_laplacian(self.places(), self.topology)
+        matrix[: self.dimension * LEADERS] = 0.0
+        return matrix
+
+    def reference(self, time):
+        """Return the places of the shape, (n, d) [m], where all bearings are as wanted."""
+        return self.places()
 
     def _follower_matrix(self):
-        laplacian = laws.bearing_laplacian(self.places(), self.topology)
         known = self.dimension * LEADERS
-        return laplacian[known:, known:]
+        return laws.bearing_laplacian(self.places(), self.topology)[known:, known:]
 
     def _unique(self):
         matrix = self._follower_matrix()

@@ -1,13 +1,13 @@
 """Following a trajectory through points, with what theory claims of such runs."""
 
-import copy
 import math
 
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, decay_rate
 from mrs_simulator.core.fields import Parameter
-from mrs_simulator.protocols.common import attracting, below, commands_by
+from mrs_simulator.protocols.common import attracting, below
+from mrs_simulator.protocols.linear_errors import Tracking
 from mrs_simulator.protocols.shapes.law import SHAPE, SIZE, Shaped
 from mrs_simulator.protocols.shapes.published import Marching, least_snap
 from mrs_simulator.protocols.trajectory import equations as laws
@@ -19,7 +19,7 @@ SWINGS = "4 gain T = {:.2g} is above 1: robots that are late by T = {:.2g} s may
 RATE = "decay rate of the error [1/s]"
 
 
-class Trajectory(Shaped):
+class Trajectory(Tracking, Shaped):
     """Minimum-snap trajectory through waypoints, followed in formation: feed-forward and a gain.
 
     Of one waypoint it is a step: the team is wanted there at once.
@@ -48,14 +48,6 @@ class Trajectory(Shaped):
         SIZE._replace(default=1.0),
     )
     TAKES_EDGES = True
-    MEMORYLESS = False  # it knows the time
-    _begun = 0.0  # [s] of the trajectory that are over when the run which is judged begins
-
-    def resumed(self, time, memory):
-        """Return the law as it goes on from ``time`` [s]."""
-        rest = copy.copy(self)
-        rest._begun = self._begun + time
-        return rest
 
     def published(self):
         """Return the law as published: a march without edges."""
@@ -91,18 +83,11 @@ class Trajectory(Shaped):
         now, then = self.wanted([self.time, self.time + self.period])
         return laws.following(hand, now, (then - now) / self.period, self.gain)
 
-    def targets(self, hand):
-        """Return where the robots are wanted now, (n, d) [m]."""
-        return self.wanted([self.time])[0]
-
     # What theory says of a run -------------------------------------------------------------------
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        counts = commands_by(time, self.period)
-        left = (1.0 - self.gain * self.period) ** counts
-        away = start - self.wanted([0.0])[0]
-        return self.wanted(counts * self.period) + left[:, np.newaxis, np.newaxis] * away
+    def error_matrix(self):
+        """Return ``gain I``, (n, n) [1/s]."""
+        return self.gain * np.eye(len(self.numbers))
 
     def claims(self, start):
         """Return that the error stays below its bound and ends, and at which rate it decays."""
@@ -138,7 +123,7 @@ class Trajectory(Shaped):
             "tracking error [m]",
             0.0 if swings else float(bound),
             chord + (1e-6 if self.fidelity == "point_mass" else self.tolerance.place),
-            lambda run: float(np.linalg.norm(self._errors(run), axis=2).max()),
+            lambda run: float(np.linalg.norm(self.errors(run), axis=2).max()),
             "at most",
             free=True,
             unproved=swings,
@@ -155,15 +140,12 @@ class Trajectory(Shaped):
     def _errors_at(self, start):
         return np.linalg.norm(start - self.wanted([0.0])[0], axis=1)
 
-    def _errors(self, run):
-        return run.hand - self.wanted(run.time - run.time[0])
-
     def _end(self, run):
         last = self._curve.last + self.places()
         return float(np.linalg.norm(run.hand[-1] - last, axis=1).max())
 
     def _decay(self, run):
-        size = np.linalg.norm(self._errors(run), axis=2).max(axis=1)
+        size = np.linalg.norm(self.errors(run), axis=2).max(axis=1)
         return decay_rate(run.time, size)
 
 

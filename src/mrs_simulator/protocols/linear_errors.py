@@ -1,0 +1,71 @@
+"""Laws whose errors obey a linear equation: what of their theory follows from its matrix alone."""
+
+import copy
+
+import numpy as np
+
+from mrs_simulator.protocols.common import commands_by
+
+
+class LinearErrors:
+    """Mixin of laws under which the errors ``e = p - r(t)`` obey ``e' = -M e``."""
+
+    def error_matrix(self):
+        """Return M [1/s], (n, n) or, of all coordinates robot by robot, (n d, n d); None without one."""
+        raise NotImplementedError
+
+    def reference(self, time):
+        """Return r at ``time`` (m,) [s], (m, n, d) [m], or (n, d) if it rests; here the origin."""
+        return np.zeros((len(self.numbers), self.dimension))
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
+        matrix, counts = self.error_matrix(), commands_by(time, self.period)
+        if matrix is None:
+            return None
+        away = start - self.reference(np.zeros(1)).reshape((-1,) + start.shape)[0]
+        step = np.eye(len(matrix)) - self.period * matrix
+        track = powers(step, away.reshape(len(matrix), -1), counts)
+        return self.reference(counts * self.period) + track.reshape((-1,) + start.shape)
+
+
+class Tracking(LinearErrors):
+    """Mixin of laws by which robots follow places ``wanted`` that move, with feed-forward."""
+
+    MEMORYLESS = False  # they know the time
+    _begun = 0.0  # [s] of the way that are over when the run which is judged begins
+
+    def resumed(self, time, memory):
+        """Return the law as it goes on from ``time`` [s]."""
+        rest = copy.copy(self)
+        rest._begun = self._begun + time
+        return rest
+
+    def wanted(self, time):
+        """Return the wanted places at ``time`` (m,) [s], (m, n, d) [m]."""
+        raise NotImplementedError
+
+    def reference(self, time):
+        """Return the wanted places, (m, n, d) [m]."""
+        return self.wanted(time)
+
+    def targets(self, hand):
+        """Return where the robots are wanted now, (n, d) [m]."""
+        return self.wanted([self.time])[0]
+
+    def errors(self, run):
+        """Return how far the points of ``run`` are from the wanted places, (m, n, d) [m]."""
+        return run.hand - self.wanted(run.time - run.time[0])
+
+
+def powers(step, start, counts):
+    """Return ``step^k start``, (m, n, d), for each k of ascending ``counts`` (m,)."""
+    track, point, done = np.empty((len(counts),) + start.shape), start, 0
+    jumps = {}
+    for row, count in enumerate(counts.tolist()):
+        jump = count - done
+        if jump not in jumps:
+            jumps[jump] = np.linalg.matrix_power(step, jump)
+        point, done = jumps[jump] @ point, count
+        track[row] = point
+    return track

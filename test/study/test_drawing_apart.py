@@ -12,6 +12,7 @@ from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.record.recording import Recorder
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw import figure_process, figures
+from mrs_simulator.study.run.command import main
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
@@ -35,6 +36,25 @@ def test_figures_drawn_apart_are_those_drawn_here(tmp_path):
     assert len(drawn) == 5
     for name in drawn:
         assert (apart / name).read_bytes() == (here / name).read_bytes(), name
+
+
+class Waited(Exception):
+    """Figures were waited for."""
+
+
+@pytest.mark.parametrize("cores", [{0, 1}, {0}])
+def test_the_verdict_is_printed_before_figures_are_waited_for(monkeypatch, capfd, tmp_path, cores):
+    def wait(*arguments):
+        assert (tmp_path / "verdict.json").exists()
+        raise Waited(capfd.readouterr().out)
+
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: cores)
+    monkeypatch.setattr(figure_process.Drawing, "finish", wait)  # by processes apart
+    if len(cores) == 1:
+        monkeypatch.setattr(figures, "figures", wait)
+    monkeypatch.setattr(figures, "warm_up", lambda formats: None)
+    with pytest.raises(Waited, match="NOT JUDGED"):
+        main([PAPER, "--out", str(tmp_path), "--duration", "0.1", "--formats", "png"])
 
 
 def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):

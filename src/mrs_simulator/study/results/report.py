@@ -86,21 +86,23 @@ def write_scenario(scenario, out):
     return path
 
 
-def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apart=None):
+def write_report(
+    run, out, formats=("png", "pdf"), control=None, look=None, apart=None, announce=None
+):
     """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
 
     ``control`` makes the claims; without one the run is judged by what needs no theory.  ``look``: how
     figures look, a ``look.Look``; ``apart``: the ``drawing_apart.Drawing`` that draws them, None to draw
-    them here.
+    them here; ``announce``: called with the verdict as soon as its file is written, before figures are.
     """
     run = run if control is None else run.in_space(control.dimension)
     os.makedirs(out, exist_ok=True)
     if formats:
         look = (look or Look())._replace(stamp=stamp_of(run.scenario))
     if apart is not None and apart.is_able:
-        return _write_at_once(run, out, formats, control, look, apart)
+        return _write_at_once(run, out, formats, control, look, apart, announce)
     verdict, prediction = judged(run, control)
-    write_verdict(verdict, os.path.join(out, VERDICT_FILE))
+    _publish(verdict, out, announce)
     if not formats:
         return verdict
     from mrs_simulator.study.draw.figures import figures  # matplotlib is slow to import
@@ -114,14 +116,21 @@ def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apar
     return verdict
 
 
-def _write_at_once(run, out, formats, control, look, apart):
+def _publish(verdict, out, announce):
+    """Write the ``verdict`` to ``out``, and call ``announce`` with it, unless that is None."""
+    write_verdict(verdict, os.path.join(out, VERDICT_FILE))
+    if announce is not None:
+        announce(verdict)
+
+
+def _write_at_once(run, out, formats, control, look, apart, announce):
     """Judge ``run`` while ``apart`` draws it."""
 
     def draw(prediction):
         apart.figures(run, out, formats, prediction, look)
 
     verdict, _ = judged(run, control, draw)
-    write_verdict(verdict, os.path.join(out, VERDICT_FILE))
+    _publish(verdict, out, announce)
     curves = _certificates(run, control)
     if curves:
         apart.certificates(curves, out, formats, look)

@@ -38,16 +38,20 @@ def main(argv=None):
             options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
             scenario = _scenario(arguments)
             _tell_doubts([scenario])
-            verdict = run_experiment(scenario, arguments.out, **options, apart=apart)
+            verdict = run_experiment(scenario, arguments.out, **options, apart=apart, announce=_say)
         written = write_exports(arguments, lambda: read_run(arguments.out), verdict)
         written += write_video(arguments, lambda: read_run(arguments.out), control_of)
-    print(verdict_text(verdict))
     print("  figures and data: {}".format(os.path.abspath(arguments.out)))
     for path in written:
         print("  exported: {}".format(os.path.abspath(path)))
     if verdict["ended"] == "interrupted":
         sys.exit(130)
     sys.exit(exit_code(verdict, arguments.require_verdict))
+
+
+def _say(verdict):
+    """Print the ``verdict`` at once: figures may take as long again."""
+    print(verdict_text(verdict), flush=True)
 
 
 @printing

@@ -344,18 +344,26 @@ def _refuse(text):
 
 
 def run_experiment(
-    scenario, out, protocol=None, progress=False, formats=("png", "pdf"), look=None, apart=None
+    scenario,
+    out,
+    protocol=None,
+    progress=False,
+    formats=("png", "pdf"),
+    look=None,
+    apart=None,
+    announce=None,
 ):
     """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
 
     Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures, in ``formats``
     and as the ``style.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
     fails is reported as far as it went; ``verdict["ended"]`` says which.  ``apart``: the ``Drawing`` that
-    is to draw them, by default one that begins now.
+    is to draw them, by default one that begins now; ``announce``: called with the verdict before figures
+    are drawn.
     """
     with contextlib.nullcontext(apart) if apart else drawing(formats) as apart:
         run, control = perform(scenario, out, protocol, progress, apart)
-        verdict = write_report(run, out, formats, control, look, apart)
+        verdict = write_report(run, out, formats, control, look, apart, announce)
     closest = verdict["min_distance"]  # in the samples too, at which the world does not look
     if closest is not None and closest < run.meta["closest_approach"]:
         meta = dict(run.meta, closest_approach=closest)

@@ -10,7 +10,7 @@ from mrs_simulator.protocols.published.drives import Unicycles
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import perform, run_experiment
-from mrs_simulator.verdict.obedience import _velocities, obedience_checks
+from mrs_simulator.verdict.obedience import _inverses, _velocities, obedience_checks
 from mrs_simulator.verdict.theory import motion
 
 STEP, TRACK, TIME = 0.02, 0.357, np.arange(0.0, 12.0, 0.1)
@@ -117,3 +117,10 @@ def test_headings_that_swing_between_samples_are_no_bias_of_wheels(tmp_path):
     verdict = run_experiment(scenario_from_dict(content), str(tmp_path), Gather, formats=())
     bias = check(verdict, BIAS)
     assert bias["passed"] and abs(bias["measured"]) > 0.01, bias
+
+
+def test_inverses_are_those_of_lapack():
+    half = np.random.default_rng(1).normal(size=(20, 4, 3, 3)) * [1.0, 30.0, 1e-3]
+    matrix = half @ np.swapaxes(half, -1, -2) + 0.1 * np.eye(3)
+    product = _inverses(matrix) @ matrix
+    assert np.abs(product - np.eye(3)).max() < 1e-10

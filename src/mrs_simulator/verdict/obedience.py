@@ -217,23 +217,37 @@ def _fitted(time, asked, went, change, spread, ramping):
     target = np.einsum("knci,knc->nci", columns, off)
     prior = np.eye(3) * (spread**-2.0)[..., np.newaxis, :]
     # Residuals of a fit that may go far beyond the spread: what the model cannot explain at all.
-    free = _solved(square / least[..., np.newaxis, np.newaxis] ** 2 + 1e-6 * prior, target, least)
+    inverse = _inverses(square / least[..., np.newaxis, np.newaxis] ** 2 + 1e-6 * prior)
+    free = np.einsum("ncij,ncj->nci", inverse, target / least[..., np.newaxis] ** 2)
     left = off - np.einsum("knci,nci->knc", columns, free)
-    noise = np.maximum(least, np.sqrt((left**2).mean(axis=0) * _repeated(left)))
-    result = np.empty((2,) + target.shape)
-    for which in range(3):
-        known = prior * (np.arange(3) != which)
-        matrix = square / noise[..., np.newaxis, np.newaxis] ** 2 + known
-        matrix = matrix + 1e-9 * prior  # of what is not excited at all
-        inverse = np.linalg.inv(matrix)
-        found = (inverse @ target[..., np.newaxis])[..., 0] / noise[..., np.newaxis] ** 2
-        result[0, ..., which] = found[..., which]
-        result[1, ..., which] = np.sqrt(inverse[..., which, which])
+    noise = np.maximum(least, np.sqrt((left**2).mean(axis=0) * _repeated(left)))[..., np.newaxis]
+    # Each with the other two held to their spread; 1e-9 of what is not excited at all.
+    held = (1.0 + 1e-9) - np.eye(3)[:, np.newaxis, np.newaxis, np.newaxis]
+    inverse = _inverses(square / noise[..., np.newaxis] ** 2 + prior * held)
+    found = np.einsum("wncwj,ncj->ncw", inverse, target / noise**2)
+    return np.stack([found, np.sqrt(np.einsum("wncww->ncw", inverse))])
+
+
+def _inverses(matrix):
+    """Return the inverses of symmetric positive definite ``matrix`` (..., 3, 3), as ``L D L^T`` gives them.
+
+    LAPACK is called for each of thousands of such, and wakes its threads each time.
+    """
+    a, b, c = (matrix[..., 0, column] for column in range(3))
+    first, second = b / a, c / a  # below the diagonal of L, as is third
+    d = matrix[..., 1, 1] - first * b
+    e = matrix[..., 1, 2] - first * c
+    third = e / d
+    f = matrix[..., 2, 2] - second * c - third * e
+    corner = first * third - second
+    result = np.empty_like(matrix)
+    result[..., 0, 0] = 1.0 / a + first**2 / d + corner**2 / f
+    result[..., 0, 1] = result[..., 1, 0] = -first / d - third * corner / f
+    result[..., 0, 2] = result[..., 2, 0] = corner / f
+    result[..., 1, 1] = 1.0 / d + third**2 / f
+    result[..., 1, 2] = result[..., 2, 1] = -third / f
+    result[..., 2, 2] = 1.0 / f
     return result
-
-
-def _solved(matrix, target, noise):
-    return np.linalg.solve(matrix, (target / noise[..., np.newaxis] ** 2)[..., np.newaxis])[..., 0]
 
 
 def _repeated(left):

@@ -113,7 +113,7 @@ def compiled(monkeypatch):
     """Let stretches be made, by Python as it stands: what numba compiles is the same code."""
 
     def start():
-        monkeypatch.setattr(compiling, "is_wanted", lambda: True)
+        monkeypatch.setattr(compiling, "_chosen", lambda: "1")
         for module in (kinematic, edge_terms):  # only the stretches are on trial
             monkeypatch.setattr(module, "compiling", type("no", (), {"is_wanted": lambda: False}))
 
@@ -268,6 +268,41 @@ def test_a_law_that_cannot_be_compiled_is_refused_by_name(law, why, compiled, mo
     wanted = "at 0.000 s the law failed: ControlError: {}: numba cannot compile pointMassLaw: {}"
     with pytest.raises(LawFailed, match=wanted.format(law, why)):
         recorded(scenario(), globals()[law])
+
+
+def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
+    def refuse(law, loops):
+        raise compiling.NotInstalled("numba cannot be imported: too old")
+
+    law, given = globals()["Averaging"], scenario(duration=1.0)
+    plain = list(Experiment(given, law).samples())
+    compiled()
+    monkeypatch.setattr(compiling, "_chosen", lambda: None)
+    monkeypatch.setattr(compiling, "seconds_saved", lambda steps, robots: 1.0)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", refuse)
+    experiment = Experiment(given, law)
+    assert experiment._can_leap()
+    for one, other in zip(plain, experiment.samples()):
+        assert all(map(np.array_equal, one, other))
+    assert experiment.step == 50
+    (said,) = [each for each in experiment.warnings if "numba" in each]
+    assert said.endswith("too old; robots go step by step")
+
+
+def test_long_runs_are_compiled_by_themselves(monkeypatch, capsys):
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    monkeypatch.setattr(compiling, "find_spec", lambda name: True)
+    long = scenario(duration=3600.0)
+    assert Experiment(long)._can_leap()
+    assert not Experiment(scenario(duration=110.0))._can_leap()
+    monkeypatch.setenv(compiling.VARIABLE, "0")
+    assert not Experiment(long)._can_leap()
+    monkeypatch.delenv(compiling.VARIABLE)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(compiling, "find_spec", lambda name: None)
+    assert not Experiment(long)._can_leap()
+    said = capsys.readouterr().err
+    assert said.startswith("experiment: numba is not installed: this run takes some 5 s longer")
 
 
 @pytest.mark.parametrize(

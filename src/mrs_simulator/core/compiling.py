@@ -1,8 +1,9 @@
-"""Compilation by numba, an optional package, enabled by ``MRS_SIMULATOR_COMPILED=1``."""
+"""Compilation by numba, an optional package: of long runs, or as ``MRS_SIMULATOR_COMPILED`` says."""
 
 import contextlib
 import os
 import re
+from importlib.util import find_spec
 
 VARIABLE = "MRS_SIMULATOR_COMPILED"
 PREAMBLE = (
@@ -11,6 +12,12 @@ PREAMBLE = (
     "AssertionError()",  # of old versions, which name the function in the next line
 )  # lines of numba's messages before the cause
 
+LOADING = 0.6  # [s] that numba and a kept kernel take to load, about
+SAVED = (
+    30e-6,
+    20e-9,
+)  # [s] that a step takes less when it is compiled: of each step, of each of its robots
+HINT = "numba is not installed: this run takes some {:.0f} s longer, wanted `pip install numba`"
 
 # Files of what is kept under a name that ends with a digest: an index, and machine code by its count.
 KEPT_FILE = re.compile(r"(.+_[0-9a-f]{12}-\w+\.py\w+?)(?:\.\d+)?\.nb[ic]$")
@@ -19,14 +26,51 @@ MOST_KEPT = 256  # [-] kernels that a directory keeps
 
 def is_wanted():
     """Return whether the environment enables compiled functions; ``ValueError`` unless 0 or 1."""
-    wanted = os.environ.get(VARIABLE, "0")
-    if wanted not in ("0", "1"):
+    return _chosen() == "1"
+
+
+def is_chosen():
+    """Return whether the environment says anything of compiled functions."""
+    return _chosen() is not None
+
+
+def _chosen():
+    wanted = os.environ.get(VARIABLE)
+    if wanted not in (None, "0", "1"):
         raise ValueError("{}={}: wanted 0 or 1".format(VARIABLE, wanted))
-    return wanted == "1"
+    return wanted
+
+
+def seconds_saved(steps, robots):
+    """Return how much sooner [s] ``steps`` of ``robots`` end when they are compiled, loading included."""
+    by_step, by_robot = SAVED
+    return steps * (by_step + robots * by_robot) - LOADING
+
+
+def pays(steps, robots):
+    """Return whether a run is to be compiled, and a text for users where it would be if numba were here.
+
+    As the environment says, else where :func:`seconds_saved` is positive: it depends on the run alone, so
+    that each repetition gives the same bits.
+    """
+    if is_chosen():
+        return is_wanted(), ""
+    saved = seconds_saved(steps, robots)
+    if saved <= 0.0:
+        return False, ""
+    if find_spec("numba") is None:
+        return False, HINT.format(saved)
+    return True, ""
+
+
+class NotInstalled(ValueError):
+    """numba is not installed, or does not go with the numpy that is."""
 
 
 def compile_failure(error):
     """Return in a line why numba cannot compile something, as its ``error`` says; "" for other errors."""
+    if isinstance(error, NotInstalled):
+        return str(error)
     if not type(error).__module__.startswith("numba."):
         return "a function calls itself" if isinstance(error, RecursionError) else ""
     lines = (line.strip(" -\t") for line in str(error).splitlines())
@@ -39,13 +83,15 @@ def jit(cache=False, **options):
 
     ``cache``: keep the machine code for other processes, beside the source or, where that may not be
     written, in the user's cache directory (``NUMBA_CACHE_DIR`` names another); nowhere if neither can be.
-    Raises ``ValueError`` where numba is not installed.
+    Raises ``NotInstalled`` where numba cannot be imported.
     """
     try:
         import numba  # optional
-    except ImportError:
-        text = "{}=1: numba is not installed, wanted `pip install numba`"
-        raise ValueError(text.format(VARIABLE)) from None
+    except ImportError as error:
+        text = "{}=1: numba is not installed, wanted `pip install numba`".format(VARIABLE)
+        if find_spec("numba") is not None:
+            text = "numba cannot be imported: {}".format(error)
+        raise NotInstalled(text) from None
     compile_ = numba.njit(fastmath=False, error_model="numpy", **options)
     if not cache:
         return compile_

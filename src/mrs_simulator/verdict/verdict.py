@@ -74,7 +74,7 @@ ASKED = {
     "law": "law: do robots get the commands that the published law wants?",
     "robots": "robots: do they go where theory goes?",
 }
-VERSIONED = ("numpy", "matplotlib", "pybullet")
+VERSIONED = ("numpy", "matplotlib", "pybullet", "numba")
 
 
 class Check(NamedTuple):

@@ -40,7 +40,7 @@ from mrs_simulator.world.world import EVERY, World
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
 
 
-RAISED = -1  # why a leap ended: the law raised
+RAISED, REFUSED = -1, -2  # why a leap ended: the law raised, or cannot be compiled
 
 
 class LawFailed(RuntimeError):
@@ -227,10 +227,16 @@ class Experiment:
 
     def _can_leap(self):
         """Return whether ``Leaps`` take the world from sample to sample."""
-        if not compiling.is_wanted() or not has_form(self.control) or self.trace is not None:
+        if not has_form(self.control) or self.trace is not None:
             return False
         read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
-        return not read and self.world.can_leap(self.scenario.steps_per_command)
+        if read or not self.world.can_leap(self.scenario.steps_per_command):
+            return False
+        steps = int(round(self.scenario.duration / self.scenario.step))
+        compiled, hint = compiling.pays(steps, self.scenario.n)
+        if hint:
+            _tell(hint)
+        return compiled
 
     def _leaping(self, steps):
         """:meth:`samples` of ``steps`` steps, of which ``Leaps`` make all that they can."""
@@ -241,11 +247,8 @@ class Experiment:
         every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
         if self._step < 0:
             self._command_all()
-        form = form_of(control)
-        try:
-            leaps = Leaps(world, *form, command_every, control.l, control.saturation)
-        except RecursionError as error:
-            self._refuse_uncompiled(error)
+        leaps = Leaps(world, *form_of(control), command_every, control.l, control.saturation)
+        able = True
         while True:
             if step % every == 0 and step > self._step:
                 self._step = step
@@ -253,12 +256,12 @@ class Experiment:
             if step == steps:
                 return
             end = min(steps, step + every - step % every)
-            raised = False
+            raised = not able
             while step < end:
                 done, why = (0, NEAR) if raised else self._leap(leaps, end - step)
-                raised = raised or why == RAISED
+                raised, able = raised or why in (RAISED, REFUSED), able and why != REFUSED
                 step += done
-                if why in (NEAR, RAISED):
+                if why in (NEAR, RAISED, REFUSED):
                     self._advance()
                     step += 1
                 if why and step % command_every == 0:
@@ -267,22 +270,23 @@ class Experiment:
     def _leap(self, leaps, steps):
         """Return what ``leaps.advance`` does, or ``(0, RAISED)`` where the law raises.
 
-        It will raise again step by step, where it is known when.  ``LawFailed`` for a law that cannot be
-        compiled.
+        It will raise again step by step, where it is known when.  For a law that cannot be compiled
+        ``(0, REFUSED)`` and a warning, or ``LawFailed`` where the environment wants it compiled.
         """
         try:
             return leaps.advance(steps)
         except Exception as error:
-            self._refuse_uncompiled(error)
-            return 0, RAISED
-
-    def _refuse_uncompiled(self, error):
-        """Raise ``LawFailed`` if the ``error`` is that the law cannot be compiled."""
-        why = compiling.compile_failure(error)
-        if why:
-            text = "{}: numba cannot compile pointMassLaw: {}; wanted what it compiles, or {}=0"
-            name = type(self.control).__name__
-            self._asked(_refuse, text.format(name, why, compiling.VARIABLE))
+            why = compiling.compile_failure(error)
+            if not why:
+                return 0, RAISED
+        text = "{}: numba cannot compile pointMassLaw: {}; ".format(
+            type(self.control).__name__, why
+        )
+        if compiling.is_chosen():
+            text += "wanted what it compiles, or {}=0".format(compiling.VARIABLE)
+            self._asked(_refuse, text)
+        self.warnings.append(text + "robots go step by step")
+        return 0, REFUSED
 
     def _command_all(self):
         command = self._command(self._known())

@@ -31,13 +31,16 @@ class Leaps:
         ``l`` [m] is the hand length, ``saturation`` one of ``SCOPES``.
         """
         self._world, self._every = world, every
-        self._function = compiled_stretch(law, loops_for(world))
+        self._law, self._function = law, None
         self._given = l, stretches.SCOPES.index(saturation), *given
 
     def advance(self, steps):
         """Move by up to ``steps`` steps; return how many were made, and why it ended.
 
         ``NEAR``: the next step is to be made by ``World.step``; ``ODD``: a command is due that the law
-        is to be asked for.  A command due after the last step is given, too, but for these.
+        is to be asked for.  A command due after the last step is given, too, but for these.  The first
+        time it is compiled.
         """
+        if self._function is None:
+            self._function = compiled_stretch(self._law, loops_for(self._world))
         return self._world.leap(steps, self._every, self._function, *self._given)

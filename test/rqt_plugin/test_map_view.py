@@ -907,3 +907,29 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     for mine, theirs in zip(kept, snapshot.load):
         np.testing.assert_array_equal(mine[0], theirs)
     np.testing.assert_array_equal(history.state.joints[0], snapshot.joints)
+
+
+def test_heights_cover_no_numbers(view, monkeypatch):
+    put = []
+    original = Sprites.put
+
+    def recorded(self, painter, kind, half, places, keys, paint):
+        put.append((self, np.array(places), list(keys)))
+        original(self, painter, kind, half, places, keys, paint)
+
+    monkeypatch.setattr(Sprites, "put", recorded)
+    poses = np.zeros((2, 3))
+    poses[1, 1] = -0.55
+    drones = [kind("ardrone2")] * 2
+    for gap in np.linspace(0.3, 2.0, 18):
+        poses[1, 1] = -gap
+        view.show_kinds(drones)
+        view.show_team(poses, np.array([1.0, 2.0]))
+        put.clear()
+        view.repaint()
+        texts = {key: place for _, places, keys in put for place, key in zip(places, keys)}
+        assert {1, 2, "2.0 m"} <= set(texts)
+        if "1.0 m" in texts:
+            across, down = np.abs(texts["1.0 m"] - texts[2])
+            assert down >= 0.7 * view.fontMetrics().height() or across >= 10
+    assert "1.0 m" in texts

@@ -99,19 +99,19 @@ def _draw_outline(painter, style, outline, shade, fresh):
 def draw_numbers(painter, style, frame, pose, numbers, shapes, sprites):
     """Draw each number beside its robot, to the upper side of its heading, by ``sprites``.
 
-    Only those numbers are drawn that do not cover another.
+    Only those numbers are drawn that do not cover another.  Return their middles (m, 2) and size (2,) [px].
     """
     font = _font(painter, 1.0 if len(pose) <= SOME_ROBOTS else 0.8)
     side = np.stack([-np.sin(pose[:, 2]), np.cos(pose[:, 2])], axis=1)
     side *= np.where(side[:, 1:] < 0.0, -1.0, 1.0)
-    _draw_texts(painter, style, frame, pose, numbers, shapes, sprites, font, side)
+    return _draw_texts(painter, style, frame, pose, numbers, shapes, sprites, font, side)
 
 
-def draw_heights(painter, style, frame, pose, shapes, heights, sprites):
-    """Draw the texts ``heights`` below their robots, as ``draw_numbers`` does."""
+def draw_heights(painter, style, frame, pose, shapes, heights, sprites, numbers):
+    """Draw the texts ``heights`` below their robots, but where they cover ``numbers``, as returned."""
     font = _font(painter, 0.85 if len(pose) <= SOME_ROBOTS else 0.7)
     side = np.tile([0.0, -1.0], (len(pose), 1))
-    _draw_texts(painter, style, frame, pose, heights, shapes, sprites, font, side)
+    _draw_texts(painter, style, frame, pose, heights, shapes, sprites, font, side, numbers)
 
 
 def height_text(z):
@@ -125,7 +125,7 @@ def _font(painter, share):
     return font
 
 
-def _draw_texts(painter, style, frame, pose, texts, shapes, sprites, font, side):
+def _draw_texts(painter, style, frame, pose, texts, shapes, sprites, font, side, others=None):
     away = clearance(pose, side, frame, style.unit, shapes) + 0.62 * style.line
     places = frame.to_screen(pose) + away[:, np.newaxis] * side * (1.0, -1.0)
 
@@ -141,6 +141,15 @@ def _draw_texts(painter, style, frame, pose, texts, shapes, sprites, font, side)
 
     longest = max([len(str(text)) for text in texts] + [1])
     half = 0.5 * style.line * max(1.0, 0.6 * longest) + 2.0 * style.unit
-    rows = apart(places, 0.48 * style.line * longest, 0.7 * style.line)
+    size = np.array([0.48 * style.line * longest, 0.7 * style.line])
+    rows = apart(places, *size)
+    if others is not None:
+        rows = [row for row in rows if not _meets(places[row], size, *others)]
     places, texts = places[rows], [texts[row] for row in rows]
     sprites.put(painter, (style, font), half, places, texts, paint)
+    return places, size
+
+
+def _meets(place, size, others, their_size):
+    """Return whether a text about ``place`` (2,) covers one about any of ``others`` (m, 2), [px]."""
+    return bool((np.abs(others - place) < 0.5 * (size + their_size)).all(axis=1).any())

@@ -152,9 +152,10 @@ class PaintedMap(MapScene):
         if (self._at_rest or self._mode == "poses") and self.team.overlapping:
             marks.draw_alarms(painter, style, frame, *of(self.team.overlapping))
         if self._shown["numbers"] and len(rows) <= MANY_ROBOTS:
-            drawing.draw_numbers(painter, style, frame, pose, numbers, shapes, self._plates)
+            team_pose = pose, numbers, shapes
+            taken = drawing.draw_numbers(painter, style, frame, *team_pose, self._plates)
             heights = list(map(drawing.height_text, z))
-            drawing.draw_heights(painter, style, frame, *team, heights, self._heights)
+            drawing.draw_heights(painter, style, frame, *team, heights, self._heights, taken)
 
     def _paint_passing(self, painter, style):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""

@@ -110,7 +110,9 @@ class Seen:
 
     def __init__(self, control, step):
         self.places, self._step, self._period, self._courses = [], step, control.period, []
-        self._way_out = WayOut(control.team, control.body_radii, control.period, "dynamic")
+        self._way_out = WayOut(
+            control.team, control.safety_filter.body_radii, control.period, "dynamic"
+        )
 
     def note(self, world, command, k):
         """Predict the course under ``command``, given in step ``k``."""

@@ -257,7 +257,7 @@ def travelled(content, goal, gain, longest):
             heights.append(z)
             if stamp > arrived.max() + AFTER:
                 break
-        held, met = bool(control.safety_deadlock), len(experiment.collisions)
+        held, met = bool(control.safety_filter.deadlock), len(experiment.collisions)
     finally:
         experiment.world.close()
     return Way(np.array(times), np.array(poses), np.array(heights), arrived, held, met)

@@ -26,7 +26,7 @@ def rest_of(experiment, count=None):
         state = experiment.state(pose, command)
         recorded = [state[column] for column in COLUMNS.values() if state.has(column)]
         told.append(flat([time, estimate, *recorded]))
-    ended = experiment.collisions, experiment.incidents, experiment.control.safety_deadlock
+    ended = experiment.collisions, experiment.incidents, experiment.control.safety_filter.deadlock
     return [each.tobytes() for each in told], repr(ended), experiment.world.contacts.closest
 
 

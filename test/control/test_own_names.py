@@ -25,7 +25,7 @@ def test_a_name_of_its_own_is_refused(name):
     control.commands(POSE)  # nothing is broken
 
 
-@pytest.mark.parametrize("name", ["points", "start", "targets", "claims", "safe_distance"])
+@pytest.mark.parametrize("name", ["points", "start", "targets", "claims", "carried"])
 def test_a_method_is_not_replaced_by_a_value(name):
     with pytest.raises(ControlError, match="Still: self.{} is a method or property".format(name)):
         setattr(Still([1, 2]), name, np.zeros((2, 2)))
@@ -67,8 +67,9 @@ def test_a_name_taken_while_running_is_told():
         ("team", ("red", "blue"), "the robots' vehicles"),
         ("joints", lambda self: [], "inner joints"),
         ("time", 0.0, "sets at each command"),
-        ("_safe", lambda self, x: x, "laws do not see"),
-        ("_network", None, "edges with faults"),
+        ("_keep", lambda self, x: x, "laws do not see"),
+        ("_given_topology", None, "the scenario's topology"),
+        ("safety_filter", None, "keeps robots apart"),
         ("targets", [(0.0, 0.0)], "a method"),
     ],
 )
@@ -77,7 +78,7 @@ def test_a_class_that_hides_a_name_is_refused(name, value, what):
         type("Hiding", (Still,), {name: value})
 
 
-@pytest.mark.parametrize("name", ["team", "safety", "_network", "time", "points"])
+@pytest.mark.parametrize("name", ["team", "safety", "runner", "time", "points"])
 def test_a_parameter_is_not_called_so(name):
     with pytest.raises(TypeError, match="may not be called '{}'".format(name)):
         type("Named", (Still,), {"PARAMETERS": (Parameter(name, 1.0),)})

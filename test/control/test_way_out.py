@@ -139,7 +139,7 @@ def test_pioneers_with_the_ramps_of_their_firmware_cross_without_contact_or_dead
     content.update(limits="firmware", duration=17.0)
     experiment = Experiment(scenario_from_dict(content))
     for _ in experiment.samples():
-        assert not experiment.control.safety_deadlock
+        assert not experiment.control.safety_filter.deadlock
     assert not experiment.collisions
 
 
@@ -192,7 +192,7 @@ def test_boats_that_turned_aside_go_on_as_fast_as_they_can():
     points = experiment.control.points(experiment.world.pose)
     experiment.world.close()
     assert np.linalg.norm(points + start, axis=1).max() < 0.8
-    assert not experiment.collisions and not experiment.control.safety_deadlock
+    assert not experiment.collisions and not experiment.control.safety_filter.deadlock
 
 
 @pytest.mark.parametrize("kind", ["pioneer3dx", "robotino3", "f1tenth", "heron"])

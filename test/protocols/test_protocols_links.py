@@ -143,7 +143,7 @@ def test_faulty_edges_carry_heights_to_hooks(carries, expected):
         # Robot 1 climbs by 10 m, robot 2 by 1 m from 5 m on.
         pose = np.array([[0.0, 0.0, 0.0, 10.0 * step], [3.0, 0.0, 0.0, 5.0 + step]])
         control.commands(pose, 0.1 * step)
-    known = np.array(control._network.copies[0].known)
+    known = np.array(control.runner.copies[0].known)
     np.testing.assert_allclose(known[:, 3], expected)
     np.testing.assert_allclose(known[:, :3], [[3.0, 0.0, 0.0]] * 5)
 

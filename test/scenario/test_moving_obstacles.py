@@ -274,9 +274,9 @@ def test_who_cannot_flee_stops_nobody_else():
 def test_a_law_that_begins_later_knows_how_far_it_has_come(tmp_path):
     control = make_control(in_the_way())
     point = np.array([[0.0, 0.0], [0.0, 9.0], [0.0, -9.0]])
-    control.begin_scene(10.0)
-    assert control.safe_bounds(point, 2.0).gap[0] == pytest.approx(
-        np.hypot(1.0, 0.2) - 0.4 - control.safe_distance / 2.0
+    control.safety_filter.begin_scene(10.0)
+    assert control.safety_filter.bounds(point, 2.0).gap[0] == pytest.approx(
+        np.hypot(1.0, 0.2) - 0.4 - control.safety_filter.distance / 2.0
     )
     run = Run(np.array([2.0]), np.array([1]), np.zeros((1, 1, 3)), np.zeros((1, 1, 2)),
               np.zeros((1, 1, 2)), scenario=in_the_way(), meta={"scene_time": 10.0})  # fmt: skip

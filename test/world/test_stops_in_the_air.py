@@ -164,4 +164,7 @@ def test_the_filter_of_a_planar_team_is_the_planar_one():
         {"poses": [[0, 0, 0], [2, 0, 0]], "control": {"protocol": "consensus", "safety": True}}
     )
     control = make_control(scenario)
-    assert control.safe_squash is None and control.safe_distance == control.kept_distance
+    assert (
+        control.safety_filter.squash is None
+        and control.safety_filter.distance == control.safety_filter.kept_distance
+    )

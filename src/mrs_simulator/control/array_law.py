@@ -21,6 +21,8 @@ import inspect
 
 import numpy as np
 
+from mrs_simulator.control.pioneer_control import PioneerControl
+
 ARCS = (
     "first",
     "second",
@@ -85,7 +87,21 @@ def has_form(control):
 
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """
-    return hasattr(type(control).pointMassLaw, "form") and control.is_bare
+    return hasattr(type(control).pointMassLaw, "form") and _is_bare(control)
+
+
+def _is_bare(control):
+    """Return whether ``pointMassLaw`` and limits alone decide on the commands of ``control``."""
+    own = type(control)
+    replaced = (
+        own.commands is not PioneerControl.commands
+        or own.wanted_commands is not PioneerControl.wanted_commands
+        or own.saturated is not PioneerControl.saturated
+        or own.calculateControlLaw is not PioneerControl.calculateControlLaw
+        or own.neighbourLaw is not PioneerControl.neighbourLaw
+    )
+    acts = control.runner.network or control.safety_filter.acts
+    return not (replaced or acts or control.SENSORS or control.deadband)
 
 
 def _values(control, names):

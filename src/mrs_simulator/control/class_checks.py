@@ -23,16 +23,9 @@ OWN = {
     "fidelity": "what moves the robots",
     "parameters": "the values of PARAMETERS by name",
     "_environment": "current, wind and waves",
-    "_network": "the edges with faults",
     "_given_topology": "the scenario's topology",
-    "_is_filtered": "whether the safety filter acts",
-    "_surroundings": "what robots keep away from",
-    "_unlimited": "the velocities that the law wants, before limits, where the safety filter acts",
-    "_unkept": "what the safety filter cannot promise",
-    "_scene_begun": "the time of the scene at which the law began",
-    "_deadlocks": "how long the safety filter has held robots",
-    "_has_joints": "whether the drives have inner joints",
-    "_given": "the commands of the last period",
+    "runner": "what runs the law",
+    "safety_filter": "what keeps robots apart",
 }
 SET_BY_ALL = ("topology", "time")  # its own too, but a law or a test may set them
 
@@ -83,9 +76,9 @@ def _refuse_names(cls, base):
     for name, value in vars(cls).items():
         if name in OWN or name in SET_BY_ALL:
             what = OWN.get(name, "which it sets at each command")
-        elif not name.startswith("_") and _is_hidden_by(value, vars(base).get(name)):
+        elif not name.startswith("_") and _is_hidden_by(value, getattr(base, name, None)):
             what = "a method"
-        elif name.startswith("_") and not name.startswith("__") and name in vars(base):
+        elif name.startswith("_") and not name.startswith("__") and hasattr(base, name):
             what = "a part that laws do not see"
         else:
             continue

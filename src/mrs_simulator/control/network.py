@@ -7,7 +7,6 @@ import numpy as np
 
 from mrs_simulator.core.doc_links import words
 from mrs_simulator.core.edge_faults import Channel
-from mrs_simulator.sensors.readings import readings_by_number
 
 
 class Network:
@@ -58,7 +57,7 @@ class Network:
     def _state(self, pose):
         """Return the states (n, 4 + k) that robots send: pose, height and joints."""
         control = self._control
-        heights = np.zeros(len(pose)) if control._heights is None else control._heights
+        heights = np.zeros(len(pose)) if control.runner.heights is None else control.runner.heights
         joints = [control.joints] if control.team.has_joints else []
         return np.column_stack([pose[:, :3], heights, *joints])
 
@@ -79,7 +78,7 @@ class Network:
     def _begin(self, state):
         self._channel.begin(state)
         self._begun, self._sent = self._control.time, 0
-        if not self._control.is_by_neighbours:
+        if not self._control.runner.is_by_neighbours:
             self.copies = [self._copy() for _ in state]
 
     def _copy(self):
@@ -96,22 +95,17 @@ class Network:
         control = self._control
         with _over(control, graph):
             hand = self._points(views)[..., : control.dimension]
-            u = np.array([control.seen_by(row, pose, hand[row]) for row in range(len(pose))])
+            u = np.array([control.runner.seen_by(row, pose, hand[row]) for row in range(len(pose))])
         return control.commands_for(u, pose)
 
     def _of_copy(self, row, view, graph):
         each = self.copies[row]
         control = self._control
         pose, joints = self._parts(view)
-        is_raised = control._heights is not None or pose.shape[1] > 3
+        is_raised = control.runner.heights is not None or pose.shape[1] > 3
         heights = view[:, 3].tolist() if is_raised else None
-        each._keep(time=control.time, joints=joints, _heights=heights)
-        if control.SENSORS:  # no robot has the sensors of others
-            number = control.numbers[row]
-            others = readings_by_number(control.numbers, control.SENSORS, {})
-            each._keep(readings={**others, number: control.readings[number]})
         with _over(each, graph):
-            return each.wanted_commands(pose)[row]
+            return each.runner.commands_of_one(row, pose, joints, heights, control)
 
 
 @contextlib.contextmanager

@@ -31,9 +31,8 @@ def make_control(scenario, protocol=None):
         construction = _construction(scenario, protocol)
         check_sensors(protocol, scenario, construction["team"])
         control = _made(protocol, construction)
-        control._keep(_environment=scenario.environment)
-        control.know(obstacles_of(scenario))
-        control._keep(_unkept=unkept(scenario, control))
+        control._keep(_environment=scenario.environment, obstacles=tuple(obstacles_of(scenario)))
+        control.safety_filter.warnings = unkept(scenario, control)
         if hasattr(control, "carry"):
             call(control.carry, scenario.load)
         return control

@@ -89,7 +89,7 @@ def _judged_by_theory(run, control, foretold, derives):
     control, run, changed = _since_changes(control, whole)
     derived, why = derived_control(control, run) if derives else (None, "")
     control = control if derived is None else derived
-    control.begin_scene(run.meta.get("scene_time", 0.0))
+    control.safety_filter.begin_scene(run.meta.get("scene_time", 0.0))
     faults, unpredicted, measures = [], [], {}
     track = None if changed.ruled_out else _track(control, run, unpredicted)
     if track is not None and run is not whole and not isinstance(track, dict):
@@ -203,7 +203,8 @@ def _unfiltered(control, run, acted, faults):
         claims, theory = _claims(control, run, faults)
         return claims, theory._replace(ruled_out=FILTERED)
     alone, rest = copy.copy(control), part_of(run, slice(begin, None))
-    alone._keep(safety=False, _is_filtered=False)
+    alone._keep(safety=False)
+    alone.safety_filter.acts = False
     claims, theory = _claims(alone, rest, faults)
     why = "from {:.1f} s on, after {}".format(rest.time[0], FILTERED)
     return claims, theory._replace(rest=rest, why=why)

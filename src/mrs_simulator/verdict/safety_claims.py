@@ -28,13 +28,13 @@ def _places(control, run):
 def _reach(control):
     """Return how far (n,) [m] robots are to be from what stands, measured from those places."""
     lead = control.team.lead(control.l) if control.fidelity == "point_mass" else 0.0
-    return control.body_radii + lead
+    return control.safety_filter.body_radii + lead
 
 
 def _apart(control, run):
-    if len(run.hand[0]) < 2 or not control.filter_sees_robots:
+    if len(run.hand[0]) < 2 or not control.safety_filter.sees_robots:
         return []
-    wanted, squash = sums_of_pairs(_reach(control)), control.safe_squash
+    wanted, squash = sums_of_pairs(_reach(control)), control.safety_filter.squash
     least, name = wanted, "least distance of two robots [m]"
     if np.ndim(wanted):
         least, name = 0.0, "least distance of two robots beyond what the pair needs [m]"
@@ -59,11 +59,13 @@ def _apart(control, run):
 
 def _clear(control, run):
     # What a robot senses tells it not how fast things come.
-    flees = not control.filter_sensors and control.filter_flees
+    flees = not control.safety_filter.sensors and control.safety_filter.flees
 
     def gap(points, time):
-        around = control.safe_surroundings(standing=not flees)
-        bounds = around.bounds(points, _reach(control), control.scene_time(time), control.period)
+        around = control.safety_filter.surroundings(standing=not flees)
+        bounds = around.bounds(
+            points, _reach(control), control.safety_filter.scene_time(time), control.period
+        )
         return float(bounds.gap.min(initial=np.inf))
 
     begun = gap(_places(control, run)[0], 0.0)
@@ -84,8 +86,8 @@ def _clear(control, run):
 def _outrun(control, flees):
     """Return why robots need not be able to flee from obstacles that come at ``flees`` [m/s], or ""."""
     slowest = float(control.team.speeds[:, 0].min())
-    if control.safe_speed is not None:
-        slowest = min(slowest, float(control.safe_speed.min()))
+    if control.safety_filter.speed is not None:
+        slowest = min(slowest, float(control.safety_filter.speed.min()))
     if flees >= slowest:
         return "obstacles come at up to {:g} m/s, robots go {:g} m/s".format(flees, slowest)
     at_once = np.isinf(control.limits.acceleration).all() and control.fidelity != "dynamic"
@@ -93,7 +95,7 @@ def _outrun(control, flees):
 
 
 def _capped(control):
-    cap = control.safe_speed
+    cap = control.safety_filter.speed
     if cap is None:
         return []
 

@@ -20,14 +20,16 @@ def unkept(scenario, control):
         return []
     outside = _outside(scenario, control)
     found = [OUTSIDE.format("; ".join(outside))] if outside else []
-    return found + (_sensed(scenario, control) if control.filter_sensors else [])
+    return found + (_sensed(scenario, control) if control.safety_filter.sensors else [])
 
 
 def _outside(scenario, control):
     """Return what a scenario has that is outside of the promise, a list of texts."""
     weather, coming = scenario.environment, [each for each in control.obstacles if moves(each)]
-    asks = control.filter_sensors or control.safe_surroundings().obstacles
-    stands = bool(control.safe_surroundings().obstacles or control.safe_surroundings().arena)
+    asks = control.safety_filter.sensors or control.safety_filter.surroundings().obstacles
+    stands = bool(
+        control.safety_filter.surroundings().obstacles or control.safety_filter.surroundings().arena
+    )
     blown = scenario.fidelity == "dynamic" and (any(weather.wind) or weather.gusts > 0.0)
     afloat = bool(control.team.afloat.any())
     drifts = scenario.odometry == "wheel" or scenario.estimates is not None
@@ -41,7 +43,8 @@ def _outside(scenario, control):
         "the wind": blown,
         "the waves": afloat and scenario.fidelity == "dynamic" and weather.wave_height > 0.0,
         "the mismatch": scenario.mismatch != NO_MISMATCH,
-        "places that are estimated, or reckoned from wheels": drifts and not control.filter_sensors,
+        "places that are estimated, or reckoned from wheels": drifts
+        and not control.safety_filter.sensors,
         "arms, which reach beyond their bases": control.team.has_arms,
     }
     return [text for text, holds in found.items() if holds]
@@ -55,7 +58,7 @@ def _sensed(scenario, control):
     """
     mounts, found = fitted_mounts(control.team, scenario.sensors), []
     tops = _tops(control)
-    for name in control.filter_sensors:
+    for name in control.safety_filter.sensors:
         own = [next(each for each in robot if each.name == name) for robot in mounts]
         slow = [each.rate < (1.0 - 1e-9) / control.period for each in own]
         if any(slow):
@@ -67,7 +70,7 @@ def _sensed(scenario, control):
 
 def _tops(control):
     """Return the most that robots go, (n,) [m/s]."""
-    tops, cap = control.team.speeds[:, 0], control.safe_speed
+    tops, cap = control.team.speeds[:, 0], control.safety_filter.speed
     return tops if cap is None else np.minimum(tops, cap)
 
 
@@ -98,7 +101,7 @@ def _reaching(control, mounts, speeds, hold):
     if control.fidelity == "dynamic":
         ways = ways + speeds * np.array([kind.run_on for kind in control.team.kinds])
     lead = np.broadcast_to(control.team.lead(control.l), len(speeds))
-    body = control.body_radii + lead
+    body = control.safety_filter.body_radii + lead
     # A range-and-bearing sensor measures to centres, the others to what they meet of a body.
     centres = np.array([each.type == "range_bearing" for each in mounts])
     other = np.where(centres[:, np.newaxis], body, 0.0) + ways

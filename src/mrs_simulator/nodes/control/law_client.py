@@ -42,7 +42,7 @@ class LawService:
             dict(control.parameters),
             control.topology,
             float(control.l),
-            control.safety_deadlock,
+            control.safety_filter.deadlock,
             tuple(control.SENSORS),
         )
 
@@ -55,10 +55,10 @@ class LawService:
 
         ``begun`` [s]: the time of the scene then.
         """
-        self._control.begin_scene(begun)
+        self._control.safety_filter.begin_scene(begun)
         self._control.start()
         return [
-            *self._control.filter_warnings,
+            *self._control.safety_filter.warnings,
             *texts_of(self._control.warnings(pose), "warnings()"),
         ]
 

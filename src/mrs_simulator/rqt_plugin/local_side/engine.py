@@ -383,7 +383,7 @@ class Engine:
             targets=self._targets(control),
             warnings=(
                 *experiment.warnings,
-                *filter(None, [deadlock_text(control.safety_deadlock)]),
+                *filter(None, [deadlock_text(control.safety_filter.deadlock)]),
             ),
         )
 

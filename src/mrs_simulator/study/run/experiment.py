@@ -79,7 +79,7 @@ class Experiment:
         self.collisions, self.incidents = [], []
         self.warnings = scenario.warnings() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
-        self.warnings += self.control.filter_warnings + self._warned()
+        self.warnings += self.control.safety_filter.warnings + self._warned()
 
     def _warned(self):
         """Return the law's warnings; that it raised is one, too, and costs no run."""
@@ -433,7 +433,7 @@ def facts_of(experiment, recorder, sensors, ended):
         "warnings": experiment.warnings
         + recorder.warnings()
         + (sensors.warnings() if sensors is not None else []),
-        "deadlock": [list(each) for each in experiment.control.safety_deadlock],
+        "deadlock": [list(each) for each in experiment.control.safety_filter.deadlock],
         "ended": ended,
         "lockstep": True,
     }

@@ -468,7 +468,7 @@ def may_sense(control, velocity, hand, bounds):
     What a sonar hears may seem nearer than it is by twice the way from the transducer to the point, which
     both lie on the robot.
     """
-    reach = control.safe_distance
+    reach = control.safety_filter.distance
     reach = np.full(len(hand), 0.5 * reach) if np.ndim(reach) == 0 else 0.5 * np.diagonal(reach)
     gap = bounds.least(len(hand)) - 2.0 * reach
     apart = np.linalg.norm(hand[:, np.newaxis] - hand, axis=2) - 3.0 * reach[:, np.newaxis] - reach
@@ -482,15 +482,17 @@ def _before_limits(control, run, row, velocity):
 
     The filter starts from what the law wants before limits.
     """
-    if control.way_out is None:
+    if control.safety_filter.way_out is None:
         return velocity
     given = run.command[row : row + 1], run.pose[row : row + 1], run.hand[row : row + 1]
     limited = control.team.limits_in(*given, control.l, control.period, SHARE)[0]
     if control.saturation == "team":  # one robot's limit slows all
         limited = np.broadcast_to(limited.any(), limited.shape)
     top = control.team.speeds[:, 0]
-    if control.safe_speed is not None:  # a cap alone has robots at their limits go as they would
-        top = np.minimum(top, BELOW * control.safe_speed)
+    if (
+        control.safety_filter.speed is not None
+    ):  # a cap alone has robots at their limits go as they would
+        top = np.minimum(top, BELOW * control.safety_filter.speed)
     size = np.linalg.norm(velocity, axis=1)
     raised = limited & (size > 0.0) & (size < top) & np.isfinite(top)
     return velocity * np.where(raised, top / np.maximum(size, 1e-300), 1.0)[:, np.newaxis]
@@ -498,11 +500,11 @@ def _before_limits(control, run, row, velocity):
 
 def may_have_braked(control, run, row):
     """Return whether robots may have been braked in a sample of ``run``, to keep them a way out."""
-    if control.way_out is None:
+    if control.safety_filter.way_out is None:
         return False
     place = run.hand[row] if control.dimension == 3 else run.pose[row, :, :2]
-    around = control.safe_surroundings(standing=True)
-    return control.way_out.may_have_acted(run.command[row], place, around)
+    around = control.safety_filter.surroundings(standing=True)
+    return control.safety_filter.way_out.may_have_acted(run.command[row], place, around)
 
 
 def filter_acted(control, run):
@@ -512,14 +514,23 @@ def filter_acted(control, run):
     """
     if not np.any(control.safety):
         return None
-    distance, speed, velocity = control.safe_distance, control.safe_speed, control.velocities(run)
+    distance, speed, velocity = (
+        control.safety_filter.distance,
+        control.safety_filter.speed,
+        control.velocities(run),
+    )
     for row in range(len(run.time) - 1, -1, -1):
         hand, u = run.hand[row], velocity[row]
-        bounds = control.safe_bounds(hand, run.time[row])
-        squash = control.safe_squash
-        if control.filter_sensors and may_sense(control, u, hand, bounds):
+        bounds = control.safety_filter.bounds(hand, run.time[row])
+        squash = control.safety_filter.squash
+        if control.safety_filter.sensors and may_sense(control, u, hand, bounds):
             return row
-        more = {"bounds": bounds, "speed": speed, "squash": squash, "brakes": control.safe_brakes}
+        more = {
+            "bounds": bounds,
+            "speed": speed,
+            "squash": squash,
+            "brakes": control.safety_filter.brakes,
+        }
         u = _before_limits(control, run, row, u)
         if filter_acts(u, hand, distance, control.period, **more):
             return row

@@ -30,7 +30,7 @@ noetic_packages=(
 )
 noetic_dev_packages=(python3-catkin-lint iproute2)
 
-room=400 dev_room=900 # [MB] that .venv and build take, with some to spare
+room=650 dev_room=900 # [MB] that .venv and build take, with some to spare
 
 fail() { # what failed, what to do
   printf '\n%s\n%s\n' "Failed: $1" "$2" >&2
@@ -265,6 +265,16 @@ build_package() {
   echo "$key" >"$root/build/prepared"
 }
 
+# Compiles what moves robots in long runs, beside the demo; else the first such run does.
+compile_ahead() {
+  local key
+  key="$root $(cat "$root/requirements.txt" "$root"/src/mrs_simulator/world/motion/{stretches,fused_stepping}.py | cksum)"
+  done_with "$root/build/compiled" "$key" && return
+  echo "$key" >"$root/build/compiled"
+  setsid nice -n 19 "$root/.venv/bin/python" -m mrs_simulator.study.run.compile_ahead \
+    >"$root/build/compiled.log" 2>&1 </dev/null &
+}
+
 prepare() { # [dev]
   local need=$room
   [ -z "${1:-}" ] || need=$dev_room
@@ -277,6 +287,7 @@ prepare() { # [dev]
   set +u
   . "$root/build/devel/setup.bash"
   set -u
+  [ -n "${1:-}" ] || compile_ahead
 }
 
 # A master and nodes of one's own, on this host alone: ROS 1 has no authentication.

@@ -25,6 +25,7 @@ from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.scenario.team.estimates import Estimates
 from mrs_simulator.scenario.team.mismatch import Mismatch
 from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
+from mrs_simulator.study.run.compile_ahead import compile_ahead
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion import fused_stepping, kinematic, stretches
@@ -287,6 +288,11 @@ def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
     assert experiment.step == 50
     (said,) = [each for each in experiment.warnings if "numba" in each]
     assert said.endswith("too old; robots go step by step")
+
+
+def test_what_ships_is_compiled_ahead(compiled):
+    compiled()
+    assert compile_ahead(["paper", "reynolds", "paper_dynamic"]) == ["paper"]
 
 
 def test_long_runs_are_compiled_by_themselves(monkeypatch, capsys):

@@ -124,6 +124,16 @@ class Experiment:
             if self.go_on():
                 yield self.sample()
 
+    def compile(self):
+        """Compile what takes the world from sample to sample, and make a step by it, where that can be.
+
+        Return whether it can.
+        """
+        if not self._is_compilable():
+            return False
+        self.begin()
+        return bool(list(self._leaping(1)))
+
     def begin(self):
         """Let robots take off, and the law begin, before the first sample."""
         if self._step < 0:
@@ -225,12 +235,16 @@ class Experiment:
         readings = self.estimator.fresh(self.sensors.readings(self.world.time))
         self.estimator.update(np.rint(1e9 * published), self.world.estimates.pose(), readings)
 
-    def _can_leap(self):
-        """Return whether ``Leaps`` take the world from sample to sample."""
+    def _is_compilable(self):
+        """Return whether ``Leaps`` could take the world from sample to sample."""
         if not has_form(self.control) or self.trace is not None:
             return False
         read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
-        if read or not self.world.can_leap(self.scenario.steps_per_command):
+        return not read and self.world.can_leap(self.scenario.steps_per_command)
+
+    def _can_leap(self):
+        """Return whether ``Leaps`` are to take the world from sample to sample."""
+        if not self._is_compilable():
             return False
         steps = int(round(self.scenario.duration / self.scenario.step))
         compiled, hint = compiling.pays(steps, self.scenario.n)

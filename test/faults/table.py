@@ -11,7 +11,7 @@ STANDS = "stand with time"  # simulated time stands still, and nobody moves in i
 STANDS_THEN_GOES_ON = "stand with time, then go on"
 ENDS = "end with the stage"  # the simulated world is gone
 BEGINS_AGAIN = "begin again"  # a new world, in which they drive or stand
-SAFE = "drive as told, or stand"
+SAFE = "drive as commanded, or stand"
 
 FREE, LOCKSTEP, WALL = "free", "lockstep", "real robots"
 AIR, WATER = "free, in the air", "free, on the water"

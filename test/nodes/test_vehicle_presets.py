@@ -103,8 +103,8 @@ class Bench:
         world = self.world
         return np.column_stack([world.pose[:, :2], world.z])
 
-    def tell(self):
-        self.drivers.tell(rospy.Time(1), list(range(self.world.n)))
+    def published(self):
+        self.drivers.report(rospy.Time(1), list(range(self.world.n)))
         return self.wire.published
 
 
@@ -325,7 +325,7 @@ def test_cmd_vel_of_a_crazyflie_is_an_attitude_and_cmd_stop_cuts_the_motors(fide
 
 def test_poses_and_transforms_of_crazyflies_are_told(monkeypatch):
     bench = Bench(monkeypatch, "crazyswarm", ("crazyflie2",), "kinematic", z=[1.5])
-    told = bench.tell()
+    told = bench.published()
     assert told["/cf1/pose"].header.frame_id == "world" and told["/cf1/pose"].pose.position.z == 1.5
     (move,) = told["/tf"].transforms
     assert (move.header.frame_id, move.child_frame_id) == ("world", "cf1")
@@ -342,28 +342,28 @@ def test_an_ardrone_takes_off_tilts_hovers_lands_and_is_reset(monkeypatch, vehic
     assert not bench.place[0].any()  # it has landed
     bench.send("/robot1/ardrone/takeoff")
     bench.run(0.5)
-    assert bench.tell()["/robot1/ardrone/navdata"].state == 6
+    assert bench.published()["/robot1/ardrone/navdata"].state == 6
     bench.run(4.0)
     assert bench.place[0, 2] == pytest.approx(1.0, abs=0.03)
     bench.run(1.0, told(twist(0.5, 0.0, 0.5, 1.0)))
-    data = bench.tell()["/robot1/ardrone/navdata"]
+    data = bench.published()["/robot1/ardrone/navdata"]
     assert data.state == 3 and data.vx > 400.0 and data.rotZ > 45.0
     assert data.altd == pytest.approx(1350, abs=150)  # mm
     bench.run(2.0, told(twist()))
-    assert bench.tell()["/robot1/ardrone/navdata"].state == 4
+    assert bench.published()["/robot1/ardrone/navdata"].state == 4
     assert np.abs(bench.world.twist[0, :2]).max() < 0.1
-    inertial = bench.tell()["/robot1/ardrone/imu"]
+    inertial = bench.published()["/robot1/ardrone/imu"]
     assert inertial.linear_acceleration.z == pytest.approx(9.81, abs=0.5)
-    height = bench.tell()["/robot1/ardrone/odometry"].pose.pose.position.z
+    height = bench.published()["/robot1/ardrone/odometry"].pose.pose.position.z
     assert height == pytest.approx(bench.place[0, 2])
     bench.send("/robot1/ardrone/land")
     bench.run(5.5, told(twist(0.5)))
-    assert bench.place[0, 2] == 0.0 and bench.tell()["/robot1/ardrone/navdata"].state == 2
+    assert bench.place[0, 2] == 0.0 and bench.published()["/robot1/ardrone/navdata"].state == 2
     bench.send("/robot1/ardrone/takeoff")
     bench.run(1.0)
     bench.send("/robot1/ardrone/reset")
     bench.run(1.0)
-    assert bench.place[0, 2] < 0.05 and bench.tell()["/robot1/ardrone/navdata"].state == 0
+    assert bench.place[0, 2] < 0.05 and bench.published()["/robot1/ardrone/navdata"].state == 0
     bench.send("/robot1/ardrone/takeoff")
     bench.run(0.5)
     assert "does not take off" in bench.wire.logged[-1]

@@ -38,8 +38,8 @@ def published(probe):
 def test_a_real_robot_is_shown_where_its_odometry_says(ros, tmp_path):
     stage, probe = start_team(ros, tmp_path)
     probe.wait("status('real_silent') == [2]")
-    assert "real robot2 not heard for 0.5 s" in wait_until(
-        lambda: "not heard" in log_of(stage) and log_of(stage)
+    assert "no odometry of real robot2 for 0.5 s" in wait_until(
+        lambda: "no odometry of" in log_of(stage) and log_of(stage)
     )
     probe.wait("state('real') == [False, True, False]")
     assert probe.ask("[state('x')[1], state('y')[1]]") == [3.0, 0.0]  # where the scenario says

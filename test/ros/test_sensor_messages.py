@@ -286,7 +286,7 @@ def topics(monkeypatch):
 def run(topics, world, steps):
     for _ in range(steps):
         world.step()
-        topics.tell(world)
+        topics.publish(world)
 
 
 def test_nobody_is_read_while_nobody_listens(topics):
@@ -358,7 +358,7 @@ def test_rates_that_are_not_kept_are_said(topics, monkeypatch):
     made["/robot1/laser"].heard = 1
     topics.peer_subscribe()
     assert topics.slow(1.0, 1.0) == []  # nobody is read yet
-    topics.tell(world)
+    topics.publish(world)
     made["/robot1/laser"].impl = type("", (), {"connections": [type("", (), {"left_out": 3})]})
     late, lost = topics.slow(1.0, 0.6)
     assert late == "laser: 6 Hz of wall time, wanted 10: simulated time is late"

@@ -85,7 +85,7 @@ rospy.sleep(1.0)
     # A component that the robot does not obey is left out, counted, and said once.
     ros.python(code.format("robot=[3], v=[0.0], omega=[0.0], vy=[0.4]"))
     probe.wait("status('unobeyed') == [0, 0, 1]")
-    told = "robot3 was told linear.y, which a Pioneer 3-DX does not obey"
+    told = "robot3 was commanded linear.y, which a Pioneer 3-DX does not obey"
     assert log_of(stage).count("[WARN") >= 1 and told in log_of(stage)
 
 
@@ -186,7 +186,7 @@ def twist(v):
 def test_a_twist_answers_the_odometry_that_its_controller_tells_beside_it():
     answers = Answers(2)
     for cycle in range(5):
-        answers.tell([0, 1], [twist(0.1 * cycle), twist(1.0)], [cycle, cycle])
+        answers.expect([0, 1], [twist(0.1 * cycle), twist(1.0)], [cycle, cycle])
     # On a slow line: the Twists of cycle 1 come when those of cycle 4 were sent; that of robot 0's cycle 0
     # never came.
     answers.note(0, twist(0.1), 7.0)
@@ -198,14 +198,14 @@ def test_a_twist_answers_the_odometry_that_its_controller_tells_beside_it():
     assert stamps[0] == 1.0 and np.isnan(stamps[1])
     answers.note(0, twist(0.5), 8.0)  # outruns what is told of it
     assert len(answers.take()[0]) == 0
-    answers.tell([0, 1], [twist(0.5), twist(2.0)], [5, np.nan])
+    answers.expect([0, 1], [twist(0.5), twist(2.0)], [5, np.nan])
     answers.note(1, twist(2.0), 8.1)
     rows, times, stamps = answers.take()
     assert rows.tolist() == [0, 1] and times.tolist() == [8.0, 8.1]
     assert stamps[0] == 5.0 and np.isnan(stamps[1])  # no odometry
     answers.note(0, twist(9.0), 9.0)  # somebody else's
     assert len(answers.take()[0]) == 0 and np.isnan(answers.take()[2]).tolist() == [True]
-    answers.tell([2, 2**32 - 2], [twist(1.0)] * 2, [6.0, 6.0])  # no robots
+    answers.expect([2, 2**32 - 2], [twist(1.0)] * 2, [6.0, 6.0])  # no robots
     answers.note(2, twist(1.0), 9.0)
     assert len(answers.take()[0]) == 0
 

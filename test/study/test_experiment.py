@@ -182,7 +182,7 @@ def test_a_run_that_is_reported_again_has_the_same_verdict(tmp_path):
     (tmp_path / "run" / "run.json").unlink()
     again = read_run(str(tmp_path / "run" / "run.csv"))
     (check,) = [c for c in judged(again)[0]["checks"] if c["name"] == "collisions"]
-    assert (check["passed"], check["note"]) == (None, "nobody told of any")
+    assert (check["passed"], check["note"]) == (None, "none was reported")
 
 
 def test_a_run_writes_everything(tmp_path):

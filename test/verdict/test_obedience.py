@@ -71,7 +71,7 @@ def test_of_robots_at_rest_no_gain_is_told():
     found = driven(speed=0.0, turn=0.0)
     assert (
         check(found, GAIN)["passed"] is None
-        and "cannot tell of robot1" in check(found, GAIN)["note"]
+        and "undecided for robot1" in check(found, GAIN)["note"]
     )
     assert check(found, BIAS)["passed"]
 

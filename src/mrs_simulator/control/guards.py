@@ -1,4 +1,4 @@
-"""Guards of real robots as functions of arrays: fences, distances, jumps, speeds, standstill.
+"""Guards of real robots as functions of arrays: fences, distances, jumps, speeds, stalls.
 
 Poses are in the common frame, (n, 3) [m, m, rad], or (n, 4) with the heights [m] of a team that leaves
 the ground, unless said otherwise; comparisons with NaN, the pose of a robot without odometry, are false.

@@ -95,7 +95,7 @@ class _Output:
         return self._tried(self._stream.flush)
 
     def end(self):
-        """Flush; raise the error of a write that failed before, which argparse does not tell of."""
+        """Flush; raise the error of a write that failed before, which argparse does not report."""
         self.flush()
         if self.failed is not None:
             raise self.failed

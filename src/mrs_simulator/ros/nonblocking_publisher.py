@@ -16,7 +16,7 @@ LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether a connection is 
 def prompt_publisher(name, kind, first=None, listener=None):
     """Return a ``rospy.Publisher`` that writes at once to each subscriber that reads.
 
-    One that does not gets the newest message alone, once there is room for it, and delays nobody.
+    One that does not gets the newest message alone, once there is room for it, and delays no other.
     ``first``: returns the message that a new connection is to begin with, or None; ``listener``: a
     ``rospy.SubscribeListener``.
     """

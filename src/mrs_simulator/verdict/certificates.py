@@ -11,7 +11,7 @@ from mrs_simulator.verdict.law.published_checks import at_limit
 
 BALANCE = "energy off its predicted change [-]"
 CONNECTED = "least connectivity lambda_2 of the graph of places"
-TELLING = 0.15  # [-] a balance that may be off by more tells nothing
+TELLING = 0.15  # [-] a balance that may be off by more shows nothing
 COARSE = "robots go elsewhere than their commands say by up to {:.0%} of the energy"
 LIMITED = "some robot was at a limit all the time"
 UNTIMED = "commands were not held for whole periods from the samples on: no lockstep"

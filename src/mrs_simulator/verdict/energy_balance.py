@@ -12,7 +12,7 @@ MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
 DIGITS = 1e-14  # [-] of the largest energy: what is left of its digits where it grows
-# [-] of the energy that arcs and slip may cost where samples beside commands do not tell it.
+# [-] of the energy that arcs and slip may cost where samples beside commands do not show it.
 UNTOLD = {"kinematic": 0.01, "dynamic": 0.05}
 
 
@@ -143,11 +143,11 @@ def _limited(control, run):
     """Return in which samples some robot is at a limit, (m,) bool."""
     if control.saturation == "none" and control.fidelity == "point_mass":
         return np.zeros(len(run.time), dtype=bool)
-    return at_limit(control, run).any(axis=1)  # robots keep their limits whatever they are told
+    return at_limit(control, run).any(axis=1)  # robots keep their limits whatever is commanded
 
 
 def _stilled(law, start):
-    """Return the function of states that tells, (k,) bool, where a dead band holds a robot still."""
+    """Return the function of states that gives, (k,) bool, where a dead band holds a robot still."""
     begun = law.begin(start)
 
     def found(hand, velocity, time):

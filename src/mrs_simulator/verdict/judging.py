@@ -248,7 +248,7 @@ def _claims(control, run, faults, followed=None):
         theory = Theory(exact, followed, slipped, narrow, points=points, gripping=gripping)
         theory = theory._replace(unbanded=_unbanded(control, run))
     if run.collisions:
-        with _keeping([], "prediction"):  # whose faults are told with the track
+        with _keeping([], "prediction"):  # whose faults are reported with the track
             theory = theory._replace(led=_led(control, run, theory, claims))
     return claims, _limited(control, run, theory)
 

@@ -6,7 +6,7 @@ limits and ramps, would have gone at x under the recorded commands.  Over a wind
     y - x = (g - 1) x - T x' + b
 
 is fitted by least squares: gain g, dead time T [s], bias b [m/s].  Each is looked at with the other two
-held to the spread that the kind declares of them, so that what a window cannot tell apart shows in the
+held to the spread that the kind declares of them, so that what a window cannot distinguish shows in the
 standard error.
 """
 
@@ -23,11 +23,11 @@ from mrs_simulator.verdict.verdict import Check
 WINDOW = 5.0  # [s] in which a robot is looked at, besides the whole run
 FEWEST = 20  # [-] samples of a window
 SURE = 3.0  # [-] standard errors
-# [-] of gains, [s] of dead times, [m/s] of biases: with a wider bound a window does not tell of them.
+# [-] of gains, [s] of dead times, [m/s] of biases: with a wider bound a window decides nothing.
 TELLING = (0.8, 0.5, 0.1)
 RESOLVED = 0.2  # [-] of the declared bias: by how much velocities are uncertain at least
 ROUGH = 0.5  # [-] of the change of commands from sample to sample, which slip and samples blur
-HARSH = 1.0  # [m/s^2] of a change of commands, beyond which a sample tells nothing: wheels spin
+HARSH = 1.0  # [m/s^2] of a change of commands, beyond which a sample shows nothing: wheels spin
 STEEP = 0.3  # [-] of its ramps together, from which on a robot goes along one
 MOST_COMMANDS = 50000  # [-] that are followed
 SHOWN = 3  # [-] robots that are named
@@ -42,7 +42,7 @@ DIRECTIONS = ("ahead", "sideways", "turning", "upwards")
 
 
 def obedience_checks(control, run):
-    """Return a ``Check`` each of gain, dead time and bias: the worst found, or that the run does not tell.
+    """Return a ``Check`` each of gain, dead time and bias: the worst, or that the run does not show it.
 
     Turn rates count as speeds at half of the body's width.  None of points, real robots, robots with
     arms or uneven wheels, those that wind and waves push, of drives that are not stated, and where faults
@@ -74,14 +74,14 @@ class Fits(NamedTuple):
         return np.stack([self.obeyed, self.obeyed, named], axis=2)
 
     @property
-    def tells(self):
-        """Return what a window tells of, (w, n, c, 3) bool: bounds are narrow enough."""
+    def decides(self):
+        """Return what a window decides, (w, n, c, 3) bool: bounds are narrow enough."""
         return self.there & (self.bound < TELLING)
 
 
 def fits(control, run):
-    """Return the :class:`Fits` of ``run``, None where it does not tell."""
-    if not _can_be_told(control, run):
+    """Return the :class:`Fits` of ``run``, None where it shows none."""
+    if not _can_be_fitted(control, run):
         return None
     names, rows = _channels(control.team)
     obeyed = np.array(
@@ -101,7 +101,7 @@ def fits(control, run):
     return Fits(names, obeyed, spread, windows, *np.stack(of_all, axis=1))
 
 
-def _can_be_told(control, run):
+def _can_be_fitted(control, run):
     scenario = run.scenario
     if scenario is None or scenario.fidelity == "point_mass" or not run.meta.get("lockstep"):
         return False
@@ -153,7 +153,7 @@ def _velocities(control, run):
 
 
 def _body_speeds(duration, before, after, drift):
-    """Return what arcs between poses and heights (m - 1, n, 4) tell of velocities, (m - 1, n, 4)."""
+    """Return what arcs between poses and heights (m - 1, n, 4) say of velocities, (m - 1, n, 4)."""
     way, turn, climb = (after - before)[..., :2], (after - before)[..., 2], (after - before)[..., 3]
     turn = wrap_angle(turn)
     along = way[..., 0] + 1j * way[..., 1] - drift * duration
@@ -206,7 +206,7 @@ def _fitted(time, asked, went, change, spread, ramping):
     spread = spread[:, np.newaxis]
     least = RESOLVED * spread[..., 2]
     share = 1.0 / np.hypot(1.0, ROUGH * change / least[:, 0])[..., np.newaxis]
-    # All of these tell no more than one.
+    # All of these count as one.
     share[ramping] /= np.sqrt(np.broadcast_to(ramping.sum(axis=0), ramping.shape)[ramping])[
         :, np.newaxis
     ]
@@ -251,7 +251,7 @@ def _inverses(matrix):
 
 
 def _repeated(left):
-    """Return how many residuals (k, n, c) tell as much as one that is independent, (n, c)."""
+    """Return how many residuals (k, n, c) count as one that is independent, (n, c)."""
     power = np.maximum((left**2).sum(axis=0), 1e-300)
     rho = np.clip((left[1:] * left[:-1]).sum(axis=0) / power, 0.0, 0.95)
     return (1.0 + rho) / (1.0 - rho)
@@ -260,7 +260,7 @@ def _repeated(left):
 def _check(which, fitted, run):
     """Return the check of the gains, dead times or biases."""
     found, bound = fitted.found[..., which], fitted.bound[..., which]
-    known = fitted.tells[..., which]
+    known = fitted.decides[..., which]
     wrong = known & (np.abs(found) > bound)
     unsure = _unsure(run, ~known.any(axis=(0, 2)))
     exact = 1.0 if which == 0 else 0.0
@@ -279,8 +279,8 @@ def _check(which, fitted, run):
 
 
 def _unsure(run, silent):
-    """Return of which robots, ``silent`` (n,) bool, a run does not tell, in words, or ""."""
+    """Return of which robots, ``silent`` (n,) bool, a run does not show it, in words, or ""."""
     robots = ["robot{}".format(number) for number in run.robots[silent]]
     more = ", ..." if len(robots) > SHOWN else ""
-    text = "cannot tell of {}{}: commands are too small, or too short"
+    text = "undecided for {}{}: commands are too small, or too short"
     return text.format(", ".join(robots[:SHOWN]), more) if robots else ""

@@ -26,7 +26,7 @@ def first_jump(time, pose, speeds, z=None):
     """Return ``(sample, row, distance)`` of the first jump in a run, None if there is none.
 
     ``time`` (m,) [s], ``pose`` (m, n, 3) and ``speeds`` as for :func:`jump`; ``z`` (m, n) [m]: heights,
-    None for robots that all stand.  Where a place is nan, nobody jumps.
+    None for robots that all stand.  Where a place is nan, no robot jumps.
     """
     for some in blocks(len(time) - 1, pose.shape[1]):
         rows = slice(some.start, some.stop + 1)

@@ -11,7 +11,7 @@ from mrs_simulator.verdict.possible import first_jump, first_overlap
 def impossibilities(run):
     """Return a broken ``Condition`` for whatever cannot be in ``run``, none for a run that can be.
 
-    Robots that jump beyond their top speeds; where nobody told of collisions, as real robots do not,
+    Robots that jump beyond their top speeds; where no collisions are reported, as real robots do not,
     bodies that fill the same place.  Point masses have neither.
     """
     scenario = run.scenario

@@ -58,7 +58,7 @@ def _apart(control, run):
 
 
 def _clear(control, run):
-    # What a robot senses tells it not how fast things come.
+    # What a robot senses does not say how fast things come.
     flees = not control.safety_filter.sensors and control.safety_filter.flees
 
     def gap(points, time):

@@ -39,17 +39,17 @@ WORDS = {
 }
 EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED, SELF_CONSISTENT: OF_SELF_CONSISTENT}
 DERIVED = "by linear theory derived from the law, which states none"
-UNJUDGED_CODE = 3  # of programs that were told to require a verdict
+UNJUDGED_CODE = 3  # of programs that require a verdict
 CELL = 13  # [-] letters of a number in the table for a terminal; a longer text stands after the outcome
 NO_PROTOCOL = "no protocol is known whose claims could be judged"
 UNKNOWN_LAW = NO_PROTOCOL + ": that the controller ran {} is known from a topic alone"
 NO_CLAIMS = "the protocol states no claims"
-NO_COMMANDS = "no robot was told to move: the controller did not run"
+NO_COMMANDS = "no robot was commanded to move: the controller did not run"
 UNTESTED = "the law is confirmed; the theorem is not tested: {}"
 NONE_APPLY = "none of the protocol's claims applies to this run"
 STILL = "robots held still by the safety filter"
 BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
-MOST_COLLISIONS = 3  # [-] that are told in words
+MOST_COLLISIONS = 3  # [-] that are named
 FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
 TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
@@ -255,14 +255,14 @@ def _unjudged(run, claims, checks, theory):
     broken = _broken(claims)
     if broken:
         return "{}: {}".format(NONE_APPLY, broken)
-    told = [check for check in checks if check.predicted != HOLDS]
-    if not told:
+    claimed = [check for check in checks if check.predicted != HOLDS]
+    if not claimed:
         return NO_CLAIMS
-    told = [check for check in told if check.passed is not None]
-    if any(check.question == THEOREM for check in told):
+    judged = [check for check in claimed if check.passed is not None]
+    if any(check.question == THEOREM for check in judged):
         return ""
     why = deadlock_text(run.meta.get("deadlock")) or _changes(run)
-    return why or (UNTESTED.format(_wanting(claims, theory)) if told else NONE_APPLY)
+    return why or (UNTESTED.format(_wanting(claims, theory)) if judged else NONE_APPLY)
 
 
 def _wanting(claims, theory):
@@ -288,7 +288,7 @@ def _changes(run):
 
 
 def outcome_of(verdict):
-    """Return the outcome that ``verdict`` tells; files of earlier versions know passed and failed alone."""
+    """Return the outcome in ``verdict``; files of earlier versions know passed and failed alone."""
     return verdict.get("outcome") or (PASSED if verdict["passed"] else FAILED)
 
 
@@ -306,11 +306,11 @@ def exit_code(verdict, required=False):
 def _collisions(run, led=None):
     """Return the check of collisions, which fails unless theory leads all these pairs there, ``led``."""
     if run.meta.get("collisions_unknown"):
-        return Check("collisions", 0, None, 0, None, note="nobody told of any")
+        return Check("collisions", 0, None, 0, None, note="none was reported")
     check = _compare("collisions", 0, len(run.collisions), 0, "equal")
-    told = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
-    more = ", ..." if len(told) > MOST_COLLISIONS else ""
-    note = ", ".join(told[:MOST_COLLISIONS]) + more
+    named = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
+    more = ", ..." if len(named) > MOST_COLLISIONS else ""
+    note = ", ".join(named[:MOST_COLLISIONS]) + more
     filtered = run.scenario is not None and run.scenario.control.safety  # which is to prevent them
     if led and run.collisions and not filtered and _pairs(run) <= set(led):
         return check._replace(passed=None, note=_joined(note, LED))
@@ -331,14 +331,14 @@ def _incidents(run):
     if not found:
         return []
     own = [each for each in found if not each.ordered and each.what not in (SATURATED, ARM_END)]
-    told = ["{} at {:.1f} s".format(each.text, each.time) for each in found]
-    more = ", ..." if len(told) > MOST_COLLISIONS else ""
-    note = ", ".join(told[:MOST_COLLISIONS]) + more
+    named = ["{} at {:.1f} s".format(each.text, each.time) for each in found]
+    more = ", ..." if len(named) > MOST_COLLISIONS else ""
+    note = ", ".join(named[:MOST_COLLISIONS]) + more
     return [Check("incidents", 0, len(found), 0, False if own else None, note=note)]
 
 
 def _deadlock(run):
-    """Return a check that tells of robots in a deadlock at the end, a list; no theorem excludes it."""
+    """Return a check that names robots in a deadlock at the end, a list; no theorem excludes it."""
     held = run.meta.get("deadlock")
     if not held:
         return []
@@ -489,7 +489,7 @@ def _missed_by_points(claim, theory):
 
 
 def _within_slip(run, claim, theory, own, cost):
-    """Return the check of ``claim`` about robots whose slip the record tells.
+    """Return the check of ``claim`` about robots whose slip the record shows.
 
     The tolerance is what ``claim`` allows such robots for slip, and what held commands and limits ``cost``;
     nothing of the record widens it.  Within that, what is measured has to be, within ``own``, what it is

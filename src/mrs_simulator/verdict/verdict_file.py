@@ -99,7 +99,7 @@ def _check(check, where):
 
 
 def _asked(name):
-    """Return the question of a check of files that tell none."""
+    """Return the question of a check of files that have none."""
     found = [question for question, begins in ASKED.items() if name.startswith(begins)]
     return found[0] if found else THEOREM
 

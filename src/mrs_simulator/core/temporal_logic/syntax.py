@@ -14,7 +14,7 @@ In the order in which they bind, loosest first::
     sum        = ["-"] term {("+" | "-") term}
     term       = number [unit] | [number "*"] (signal | "abs" "(" signal ")")
 
-``<`` and ``<=`` mean the same: a signal of measured numbers never tells them apart.
+``<`` and ``<=`` mean the same: a signal of measured numbers never distinguishes them.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The guards of the control node: fence, distances, speeds, standstill, from its parameters."""
+"""The guards of the control node: fence, distances, speeds, stalls, from its parameters."""
 
 import math
 import time

@@ -103,7 +103,7 @@ class ControlNode:
         self._epoch = 0
         self._recovers = False  # whether the next command is the first after a trouble
         self._asked = None  # [s] of wall time since when the law is waited for
-        self._all_heard = False  # with ~autostart it is waited for once
+        self._all_received = False  # with ~autostart it is waited for once
         self._acted = 0.0  # [s] the time of the last command
         self._id = random.SystemRandom().getrandbits(32)
         self._sent = 0  # commands so far
@@ -188,7 +188,7 @@ class ControlNode:
         """Return the ``Job`` that is due, or None."""
         silent = self.who_is_silent()
         trouble = silent or self.motors.missing()
-        self._all_heard = self._all_heard or not silent
+        self._all_received = self._all_received or not silent
         jump = self.frame.jump_trouble()
         if jump and jump != self._jump:
             self._stop(jump)
@@ -198,7 +198,7 @@ class ControlNode:
             self._estimate()
         if trouble:
             self._hold(trouble)
-            if silent and self._all_heard and self.running and not self.resumes:
+            if silent and self._all_received and self.running and not self.resumes:
                 # Whoever walks up to robots that stand is not to be surprised by them.
                 start = START.format(rospy.resolve_name("~start"))
                 self._stop("{}: see to it, {}".format(silent, start))
@@ -408,8 +408,8 @@ class ControlNode:
                 return False, "emergency stop: release it first"
             silent = self.who_is_silent()
             if silent and not self.resumes:
-                return False, silent + ": nobody is to move later by surprise, start again then"
-            self._all_heard = True  # or it goes on by itself after any silence
+                return False, silent + ": no robot is to move later by surprise, start again then"
+            self._all_received = True  # or it goes on by itself after any silence
             # Robots that are let go on join the others, whose law goes on too.
             self._begun = self._begun if self.running and self.guards.stopped else None
             self.running = True

@@ -16,7 +16,7 @@ class Descriptions:
     """Keeps ``/robotN/robot_description`` as the robots are; what others have set stays theirs."""
 
     def __init__(self):
-        self._told = {}  # by the name of the parameter
+        self._published = {}  # by the name of the parameter
         rospy.on_shutdown(self.clear)
 
     def follow(self, kinds):
@@ -24,22 +24,24 @@ class Descriptions:
         texts = {each: description(each) for each in dict.fromkeys(kinds)}
         wanted = {NAME.format(number): texts[each] for number, each in enumerate(kinds, 1)}
         with contextlib.suppress(*FAILURES):  # a master on its way out
-            for name in set(self._told).difference(wanted):
+            for name in set(self._published).difference(wanted):
                 self._forget(name)
             for name, text in wanted.items():
-                if self._told.get(name) != text and (name in self._told or _is_free(name)):
+                if self._published.get(name) != text and (
+                    name in self._published or _is_free(name)
+                ):
                     rospy.set_param(name, text)
-                    self._told[name] = text
+                    self._published[name] = text
 
     def clear(self):
         """Take all of them back."""
-        for name in list(self._told):
+        for name in list(self._published):
             with contextlib.suppress(*FAILURES):
                 self._forget(name)
 
     def _forget(self, name):
         # Another one may have been set since.
-        if rospy.get_param(name, "") == self._told.pop(name):
+        if rospy.get_param(name, "") == self._published.pop(name):
             rospy.delete_param(name)
 
 

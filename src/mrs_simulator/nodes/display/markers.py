@@ -55,7 +55,7 @@ class Markers:
         self._trails, self._lock = Trails(), threading.Lock()
         self._descriptions = Descriptions()
         self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
-        self._told, self._rates = 0, Rates()
+        self._published, self._rates = 0, Rates()
         self._diagnostics = Diagnostics(self._health)
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._keep, queue_size=1),
@@ -85,7 +85,7 @@ class Markers:
 
     def _health(self):
         """Return how often robots are drawn, for ``/diagnostics``."""
-        rates = self._rates.of({"pictures [Hz]": self._told})
+        rates = self._rates.of({"pictures [Hz]": self._published})
         return [Health("", OK, "no stage yet" if self._newest is None else "ready", rates)]
 
     def spin(self):
@@ -94,7 +94,7 @@ class Markers:
             time.sleep(1.0 / RATE)
             if self._newest is not None and self._publisher.get_num_connections():
                 self._publisher.publish(MarkerArray(markers=self._markers()))
-                self._told += 1
+                self._published += 1
 
     def _markers(self):
         with self._lock:

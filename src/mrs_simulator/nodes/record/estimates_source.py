@@ -22,7 +22,7 @@ class EstimatesSource:
 
     def __init__(self, make, n):
         """``make()`` makes the source of samples of ``n`` robots, once the control node is connected."""
-        self._n, self._told = n, deque(maxlen=KEPT)
+        self._n, self._received = n, deque(maxlen=KEPT)
         self._came = threading.Condition()
         self._held, self._since = None, 0.0
         self._lost, self._begun = 0, False
@@ -52,7 +52,7 @@ class EstimatesSource:
         if list(numbers) != list(range(1, self._n + 1)):
             return
         with self._came:
-            self._told.append((message.header.stamp.to_sec(), pose))
+            self._received.append((message.header.stamp.to_sec(), pose))
             self._came.notify()
 
     def begin(self):
@@ -89,12 +89,12 @@ class EstimatesSource:
         with self._came:
             if not self._source.PACED and not self._is_past(stamp):
                 self._came.wait(seconds)
-            held = [each for each in self._told if stamp - OLDEST <= each[0] <= stamp + 1e-6]
+            held = [each for each in self._received if stamp - OLDEST <= each[0] <= stamp + 1e-6]
             is_final = self._source.PACED or self._is_past(stamp)
         return (held[-1][1] if held else None), is_final
 
     def _is_past(self, stamp):
-        return bool(self._told) and self._told[-1][0] >= stamp - 1e-6
+        return bool(self._received) and self._received[-1][0] >= stamp - 1e-6
 
     def meta(self):
         """Return what else is known of the run: of real robots the truth is not."""

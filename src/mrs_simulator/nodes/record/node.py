@@ -64,7 +64,7 @@ class RunRecorder:
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
         layout = self.control.team.layout(lambda column: column.over_ros and column.given(scenario))
-        self._file = begin_run(scenario, out, tell=_tell, layout=layout)
+        self._file = begin_run(scenario, out, report=_report, layout=layout)
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:
             self.sensors.wait()  # a stage may begin as soon as its state has subscribers
@@ -246,7 +246,7 @@ class RunRecorder:
         return []
 
 
-def _tell(text):
+def _report(text):
     rospy.logerr("record: %s", text)
 
 

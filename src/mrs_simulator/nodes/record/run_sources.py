@@ -202,7 +202,7 @@ class RobotsSource:
         self._commanded = time.monotonic()  # up to when the joints have followed the commands
         self._columns = [TWIST_AXES.index(axis) for axis in team.axes]
         self._command = np.zeros((scenario.n, len(team.axes)))
-        self._told = np.full(scenario.n, -math.inf)  # [s] of wall time
+        self._received_at = np.full(scenario.n, -math.inf)  # [s] of wall time
         self._subscribers = [
             rospy.Subscriber(
                 name,
@@ -245,7 +245,7 @@ class RobotsSource:
 
     def _in_force(self):
         """Return the commands (n, a) that the robots follow now."""
-        fresh = time.monotonic() - self._told <= self._watchdog
+        fresh = time.monotonic() - self._received_at <= self._watchdog
         return np.where(fresh[:, np.newaxis], self._command, 0.0)
 
     def _followed(self):
@@ -280,4 +280,4 @@ class RobotsSource:
         with self._lock:
             self._followed()
             self._command[row] = np.nan_to_num(message.values)[self._columns]
-            self._told[row] = time.monotonic()
+            self._received_at[row] = time.monotonic()

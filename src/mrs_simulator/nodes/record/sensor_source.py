@@ -46,12 +46,12 @@ def recorded_of(scenario):
 class SensorSource:
     """Listens to the sensors that a scenario's ``record`` names; real robots' by the time of arrival."""
 
-    def __init__(self, scenario, out, tell):
-        """Write to the directory ``out``; ``tell`` is called with a text on each file's size."""
+    def __init__(self, scenario, out, report):
+        """Write to the directory ``out``; ``report`` is called with a text on each file's size."""
         sensors, forms = recorded_of(scenario)
         known = scenario, Team.from_scenario(scenario), obstacles_of(scenario), lines_of
         for each in with_sizes(sensors, *known):
-            tell(each.summary(scenario.duration))
+            report(each.summary(scenario.duration))
         self._files = SensorFiles(sensors, out)
         pictures = {each.name for each in sensors if not each.columns}
         forms = {key: form for key, form in forms.items() if key[0] not in pictures}

@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-KEPT = 256  # [-] commands of each robot that were told of and have not come
+KEPT = 256  # [-] announced commands of each robot that have not come
 UNKNOWN = math.nan
 
 
@@ -14,7 +14,7 @@ class Answers:
     """Commands as they came, with the stamps of the odometry that they answer.
 
     Those for all robots in one message bear the stamps.  A Twist on a robot's own topic bears none: its
-    controller tells of each beside it, and the first of those told of with its six numbers, after the
+    controller announces each beside it, and the first of those announced with its six numbers, after the
     one before it, is that Twist.  Where another of them has the same numbers it cannot be said which one
     came, and the stamp is not known.
     """
@@ -28,17 +28,17 @@ class Answers:
         """Forget everything: there is a team of ``n`` robots."""
         with self._lock:
             # (numbers, stamp) of each row, in the order in which they were sent.
-            self._told = [deque(maxlen=KEPT) for _ in range(n)]
+            self._expected = [deque(maxlen=KEPT) for _ in range(n)]
             self._came, self._late = [], []  # (row, numbers, time)
             self._batches = []  # (rows, times, stamps)
 
-    def tell(self, rows, commands, stamps):
+    def expect(self, rows, commands, stamps):
         """Take in what commands (m, 6) robots ``rows`` were sent, answering ``stamps`` (m,) [s]."""
         with self._lock:
-            n = len(self._told)
+            n = len(self._expected)
             for row, command, stamp in zip(rows, commands, stamps):
                 if 0 <= row < n:
-                    self._told[row].append((tuple(command), stamp))
+                    self._expected[row].append((tuple(command), stamp))
 
     def note(self, row, numbers, when):
         """A Twist of these six ``numbers`` came for robot ``row`` at ``when`` [s] of wall time."""
@@ -53,14 +53,14 @@ class Answers:
     def take(self):
         """Return rows, times [s] and stamps [s], (m,) each, of what came.
 
-        A stamp is NaN where it is not known.  A Twist may outrun what is told of it: it waits for the
+        A stamp is NaN where it is not known.  A Twist may outrun its announcement: it waits for the
         next call.
         """
         with self._lock:
             late, self._late = self._late, []
             came, self._came = self._came, []
             batches, self._batches = self._batches, []
-            n = len(self._told)
+            n = len(self._expected)
             found = [(row, when, self._matched(row, said)) for row, said, when in late]
             for row, said, when in came:
                 stamp = self._matched(row, said) if row < n else None
@@ -76,10 +76,10 @@ class Answers:
 
     def _matched(self, row, numbers):
         """Return the stamp of the command of robot ``row``, NaN if several may be it, None if none."""
-        told = self._told[row]
-        for place, (said, stamp) in enumerate(told):
+        expected = self._expected[row]
+        for place, (said, stamp) in enumerate(expected):
             if said == numbers:
                 for _ in range(place + 1):
-                    told.popleft()
-                return UNKNOWN if any(numbers == more for more, _ in told) else stamp
+                    expected.popleft()
+                return UNKNOWN if any(numbers == more for more, _ in expected) else stamp
         return None

@@ -15,7 +15,7 @@ class ArmAction:
     """The action of one arm; its goals are followed as trajectories on the arm's topic are."""
 
     def __init__(self, row, put, outcome):
-        """``put(row, trajectory)`` begins one, None stops the arm; ``outcome(row)`` tells how it went.
+        """``put(row, trajectory)`` begins one, None stops the arm; ``outcome(row)`` says how it went.
 
         None while it goes on, "" when it has ended, else why it was refused or broken off.
         """

@@ -77,10 +77,10 @@ class ArmTopics(StagePart):
             return commands
         result = np.array(self._world.command[rows])
         result[:, : commands.shape[1]] = commands
-        told = self._inbox.take_arms()
+        rates = self._inbox.take_arms()
         for place, row in enumerate(rows):
-            if row in told and len(told[row]) == team.arm_joints:
-                result[place, commands.shape[1] :] = told[row]
+            if row in rates and len(rates[row]) == team.arm_joints:
+                result[place, commands.shape[1] :] = rates[row]
                 self._break_off(row)
         return result
 

@@ -37,7 +37,7 @@ class Unobeyed:
                 self._said.add((row, axis))
                 kind = self._team.kinds[row]
                 rospy.logwarn(
-                    "stage: robot%d was told %s, which a %s does not obey; it obeys %s",
+                    "stage: robot%d was commanded %s, which a %s does not obey; it obeys %s",
                     row + 1,
                     axis,
                     kind.title,

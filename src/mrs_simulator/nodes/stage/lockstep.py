@@ -15,7 +15,7 @@ def lockstep_wanted(real, speed):
 
     ``auto``, as launch files say: where all robots are simulated, at another speed than 1; else a
     control that cannot keep up would drive another experiment.  ``speed``: the scenario's, unless
-    ``~speed`` tells another.
+    ``~speed`` asks for another.
     """
     wanted = read(LOCKSTEP)
     if wanted == "auto":
@@ -37,7 +37,7 @@ class Lockstep:
         self.timeout = timeout
         self._clock = clock
         self._waiting = set()
-        self._since = self._heard = clock()
+        self._since = self._received_at = clock()
 
     def expect(self, rows):
         """Begin to wait for an answer of each robot in ``rows``."""
@@ -47,7 +47,7 @@ class Lockstep:
     def answered(self, rows):
         """Count the answers of the robots in ``rows``."""
         self._waiting.difference_update(rows)
-        self._heard = self._clock()
+        self._received_at = self._clock()
 
     @property
     def waiting_for(self):
@@ -56,7 +56,7 @@ class Lockstep:
 
     def settled(self):
         """Return whether all have answered, and no further answer to the same odometry is under way."""
-        return not self._waiting and self._clock() - self._heard > QUIET
+        return not self._waiting and self._clock() - self._received_at > QUIET
 
     def overdue(self):
         """Return whether the time limit has passed; it then starts anew."""

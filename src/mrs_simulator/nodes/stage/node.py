@@ -87,7 +87,7 @@ class Stage:
         self.round_trips = RoundTrips(self.world.n, self._command_period)
         self.is_started = False
         self._steps_asked = 0
-        self._stands_for = {}  # kinds as they were told to others -> as the scenario has them
+        self._stands_for = {}  # kinds as they were published -> as the scenario has them
         self.id, self.run = random.SystemRandom().getrandbits(32), 0
         self.trouble = ""  # who else simulates or drives these robots
         self._last = {"view": 0.0, "report": time.monotonic()}
@@ -153,8 +153,8 @@ class Stage:
     def _follow_team(self):
         self.inbox.answers.begin(self.world.n)
         self.sensors.follow_team(self.scenario, self.world)
-        told = self._odometry_told() == "wheel"
-        self.topics.follow_team(self.scenario.odometry_errors if told else None)
+        is_wheel = self._published_odometry() == "wheel"
+        self.topics.follow_team(self.scenario.odometry_errors if is_wheel else None)
         for part in self.parts:
             part.follow_team()
         self._tell_scenario()
@@ -162,18 +162,18 @@ class Stage:
 
     def _tell_scenario(self):
         """Publish the scenario, without the names of files: displays draw what they receive."""
-        told, stands_for, notes = portable(self.scenario)
+        published, stands_for, notes = portable(self.scenario)
         self._stands_for.update(stands_for)  # a team may be of these kinds again
         for note in notes:
             rospy.logwarn("stage: %s", note)
-        self._scenario.publish(String(data=told.to_yaml()))
+        self._scenario.publish(String(data=published.to_yaml()))
 
     def _topics_of(self, row):
         if row in self.mirror.rows:
             return RealTopics(row, self.inbox, self.mirror)
-        return RobotTopics(row, self.inbox, self._odometry_told(), self.frames)
+        return RobotTopics(row, self.inbox, self._published_odometry(), self.frames)
 
-    def _odometry_told(self):
+    def _published_odometry(self):
         """Return whose odometry robots publish: "world", "wheel", or of a driver, "rosaria"."""
         return (self._preset and self._preset.odometry) or self.scenario.odometry
 
@@ -183,8 +183,8 @@ class Stage:
         """Run until ROS shuts down."""
         self.topics.publish_clock()
         self._rise()
-        self.sensors.tell(self.world)
-        self._tell_odometry()
+        self.sensors.publish(self.world)
+        self._publish_odometry()
         while not rospy.is_shutdown():
             self.requests.serve()
             self._heed_rivals()
@@ -304,13 +304,13 @@ class Stage:
         self.topics.publish_clock()
         self.topics.publish_collisions()
         self.topics.publish_incidents()
-        self.sensors.tell(self.world)  # whoever waits for odometry has heard them then
+        self.sensors.publish(self.world)  # whoever waits for odometry has received them then
         if self._step % self._steps_per_command == 0:
             driven = self.world.commands.commanded & self.world.command.any(axis=1)
             self.round_trips.end_period(self._now(), driven)
         due = self._schedule.due(self._step - self._scheduled)
         if len(due):
-            self._tell_odometry(due)
+            self._publish_odometry(due)
         self.status.publish()
 
     def _now(self):
@@ -321,7 +321,7 @@ class Stage:
 
     def _idle(self):
         self.pacer.measure()
-        self.sensors.tell(self.world)
+        self.sensors.publish(self.world)
         now = time.monotonic()
         if now - self.topics.clock_sent > IDLE_CLOCK:
             self.topics.publish_clock()
@@ -338,7 +338,7 @@ class Stage:
         else:
             time.sleep(min(IDLE, self.pacer.wait()))
 
-    def _tell_odometry(self, rows=None):
+    def _publish_odometry(self, rows=None):
         """Publish the odometry of the robots in ``rows``, by default of all."""
         rows = np.arange(self.world.n) if rows is None else rows
         if self.lockstep:
@@ -349,7 +349,7 @@ class Stage:
             part.publish(self.topics.stamp())
         self.topics.publish_odometry(rows)
         if self.drivers:
-            self.drivers.tell(self.topics.stamp(), rows.tolist())
+            self.drivers.report(self.topics.stamp(), rows.tolist())
 
     def _report_silence(self):
         rospy.logerr(
@@ -427,8 +427,8 @@ class Stage:
         self.world.faults.take()
         self.topics.publish_clock()
         self.sensors.begin(self.world)
-        self.sensors.tell(self.world)
-        self._tell_odometry()
+        self.sensors.publish(self.world)
+        self._publish_odometry()
 
 
 def main():

@@ -14,7 +14,7 @@ class Preset(NamedTuple):
     drivers: Any  # class: what their drivers make of commands
     odom_rate: Any = None  # [Hz], None: the stage's
     watch_period: float = 0.0  # [s] between two looks of the watchdogs
-    odometry: str = ""  # as ``robot_topics.RobotTopics`` tells it, "": as the scenario says
+    odometry: str = ""  # as ``robot_topics.RobotTopics`` publishes it, "": as the scenario says
 
 
 PRESETS = {

@@ -124,19 +124,19 @@ class RobotTopics(Link):
         self._publisher = prompt_publisher(name + "/odom", PlanarOdometry)
         self._subscriber = inbox.receiver.subscribe(name + "/cmd_vel", QuickTwist, inbox.put, row)
         # RosAria publishes no covariance.
-        told = odometry != "rosaria"
+        known = odometry != "rosaria"
         self._message = PlanarOdometry()
         self._message.prepare(
             frames.odom(row + 1),
             frames.base(row + 1),
-            covariance(POSE_VARIANCE[odometry] if told else None),
-            covariance(TWIST_VARIANCE if told else None),
+            covariance(POSE_VARIANCE[odometry] if known else None),
+            covariance(TWIST_VARIANCE if known else None),
         )
 
     def publish(self, stamp, pose, twist, lift=None, covariance=None):
         """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega).
 
-        ``lift``: what a robot that leaves the ground tells besides, as ``PlanarOdometry`` has it;
+        ``lift``: what a robot that leaves the ground reports besides, as ``PlanarOdometry`` has it;
         ``covariance`` (36,) of the pose, None for one that does not change.
         """
         message = self._message
@@ -190,9 +190,9 @@ class TeamTopics(Link):
         self._publisher.publish(team_odometry(numbers, poses, twists, stamp, spatial, joints))
 
     def _on_command(self, message):
-        told = read_commands_told(message, self._subscriber.resolved_name)
-        if told is not None:
-            rows, twists, stamps, arms = told
+        read = rows_commanded(message, self._subscriber.resolved_name)
+        if read is not None:
+            rows, twists, stamps, arms = read
             self._inbox.put_all(rows, twists, stamps, message, arms)
 
 
@@ -200,18 +200,18 @@ class AnswersTopic:
     """``~answers``: what a controller says on robots' own topics, and to which odometry."""
 
     def __init__(self, answers):
-        """What is told goes to ``answers``, an ``Answers``."""
+        """What is received goes to ``answers``, an ``Answers``."""
         self._answers = answers
         self._subscriber = rospy.Subscriber("~answers", TeamCommand, self._put, tcp_nodelay=True)
 
     def _put(self, message):
-        told = read_commands_told(message, self._subscriber.resolved_name)
-        if told is not None:
-            rows, twists, stamps, _ = told
-            self._answers.tell(rows.tolist(), twists.tolist(), stamps.tolist())
+        read = rows_commanded(message, self._subscriber.resolved_name)
+        if read is not None:
+            rows, twists, stamps, _ = read
+            self._answers.expect(rows.tolist(), twists.tolist(), stamps.tolist())
 
 
-def read_commands_told(message, name):
+def rows_commanded(message, name):
     """Return rows, Twists (m, 6), stamps (m,) [s] and rates of arms in a ``TeamCommand``.
 
     None, and a line in the log that names its topic ``name``, where its arrays do not fit.
@@ -282,7 +282,7 @@ def fill(place, turn, pose, lift=None):
 
 
 def lifts(spatial, count):
-    """Return what each of ``count`` robots tells of ``spatial``, as ``PlanarOdometry`` has it."""
+    """Return what each of ``count`` robots reports of ``spatial``, as ``PlanarOdometry`` has it."""
     if spatial is None:
         return [None] * count
     return np.column_stack([spatial.z, spatial.orientation, spatial.twist]).tolist()

@@ -17,7 +17,7 @@ OUTRUN = 1.0
 class RoundTrips:
     """Wall time from each odometry's leaving to the first command of each robot that answers it.
 
-    A command answers the odometry whose stamp its sender tells.  Where none is told, the command counts
+    A command answers the odometry whose stamp its sender gives.  Where none is given, the command counts
     for the period in which it came, and for no round trip.
     """
 
@@ -36,9 +36,9 @@ class RoundTrips:
         self._left = {}  # [s] of wall time by the stamp of the odometry [us], ascending
         self._newest = np.full(n, -1, dtype=np.int64)  # [us] stamp that each robot answered last
         self._begun = (-np.inf, -np.inf)  # [s] when the last period and this one began
-        self._past = None  # who was told in the last one, and who was driven; None: not judged
-        self._told = np.ones(n, dtype=bool)  # the period that has begun is not judged
-        self._heard = np.full(n, -np.inf)  # [s] when each robot's newest command came
+        self._past = None  # who was commanded in the last one, and who was driven; None: not judged
+        self._commanded = np.ones(n, dtype=bool)  # the period that has begun is not judged
+        self._received_at = np.full(n, -np.inf)  # [s] when each robot's newest command came
         self._away = np.zeros(n, dtype=int)  # periods since, that count if it was only outrun
 
     def sent(self, stamp):
@@ -56,9 +56,9 @@ class RoundTrips:
         rows, times = np.asarray(rows, dtype=int), np.asarray(times, dtype=float)
         stamps = np.asarray(stamps, dtype=float)
         self._note_periods(rows, stamps, now)
-        soon = times - self._heard[rows] < OUTRUN
+        soon = times - self._received_at[rows] < OUTRUN
         self.missed += int(self._away[rows][soon].sum())
-        self._heard[rows], self._away[rows] = times, 0
+        self._received_at[rows], self._away[rows] = times, 0
         known = np.abs(stamps) < LATEST
         keys = _microseconds(stamps[known])
         for key in np.unique(keys).tolist():
@@ -73,7 +73,7 @@ class RoundTrips:
         unknown = ~np.isfinite(stamps)
         on_time = now - stamps <= self._period + SLACK
         last, this = self._begun
-        self._told[rows[unknown | (on_time & (stamps >= this - SLACK))]] = True
+        self._commanded[rows[unknown | (on_time & (stamps >= this - SLACK))]] = True
         if self._past is not None:
             late = on_time & (stamps >= last - SLACK) & (stamps < this - SLACK)
             self._past[0][rows[late]] = True
@@ -86,8 +86,8 @@ class RoundTrips:
         others, such as those that their watchdogs stopped, when their commands come back at once
         (``OUTRUN``).
         """
-        judged, self._past = self._past, (self._told, np.array(driven))
-        self._told = np.zeros_like(self._told)
+        judged, self._past = self._past, (self._commanded, np.array(driven))
+        self._commanded = np.zeros_like(self._commanded)
         self._begun = (self._begun[1], now)
         self.periods += len(driven)
         if judged is not None:

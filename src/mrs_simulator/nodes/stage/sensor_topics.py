@@ -28,7 +28,7 @@ class SensorTopics(rospy.SubscribeListener):
         self._of = {}  # lists of them by row and mount
         self._suite = None
         self._changed = False  # whether who listens has changed
-        self._told = {}  # reading that was published last, by sensor
+        self._published = {}  # reading that was published last, by sensor
         self.counts = {}  # readings that were published so far, by the sensors' names
 
     def follow_team(self, scenario, world):
@@ -40,7 +40,7 @@ class SensorTopics(rospy.SubscribeListener):
         self._of = {}
         for key, (row, form) in wanted.items():
             topic = self._topics[key] = self._topics.get(key) or _Topic(*key, self)
-            topic.tells(form, self._frame(row, form))
+            topic.publishes(form, self._frame(row, form))
             self._of.setdefault((row, form.mount.name), []).append(topic)
         self.begin(world)
 
@@ -81,7 +81,7 @@ class SensorTopics(rospy.SubscribeListener):
     def begin(self, world):
         """Begin a run at the present step of ``world``."""
         self._suite.begin(world.steps)
-        self._told, self._changed = {}, True
+        self._published, self._changed = {}, True
 
     # Called by threads of rospy.
     def peer_subscribe(self, *_):
@@ -92,7 +92,7 @@ class SensorTopics(rospy.SubscribeListener):
         """Note that a subscriber left."""
         self._changed = True
 
-    def tell(self, world):
+    def publish(self, world):
         """Publish what has become known by the present step of ``world``."""
         if self._changed:
             self._changed = False
@@ -102,15 +102,15 @@ class SensorTopics(rospy.SubscribeListener):
         self._suite.update(world.steps, world.sensed)
         for sensor in self._suite.active:
             reading = sensor.known(world.time)
-            if reading is not None and reading is not self._told.get(sensor):
-                self._told[sensor] = reading
+            if reading is not None and reading is not self._published.get(sensor):
+                self._published[sensor] = reading
                 self.counts[sensor.mount.name] = self.counts.get(sensor.mount.name, 0) + 1
                 self._publish(sensor, reading)
 
     def repeat(self):
         """Publish the newest of each sensor again: it shows subscribers that wait that there is no more."""
         for topic in self._topics.values():
-            if topic.is_heard:
+            if topic.has_subscribers:
                 topic.repeat()
 
     def _heed_listeners(self, world):
@@ -118,8 +118,10 @@ class SensorTopics(rospy.SubscribeListener):
         wanted, new = self._listened()
         self._suite.activate_from(wanted, world.steps, world.sensed)
         active = self._suite.active
-        self._told = {sensor: self._told[sensor] for sensor in active if sensor in self._told}
-        for sensor, reading in self._told.items():
+        self._published = {
+            sensor: self._published[sensor] for sensor in active if sensor in self._published
+        }
+        for sensor, reading in self._published.items():
             self._publish(sensor, reading, new)
 
     def _listened(self):
@@ -127,7 +129,7 @@ class SensorTopics(rospy.SubscribeListener):
         wanted, new = {}, set()
         for (row, name), topics in self._of.items():
             for topic in topics:
-                before = topic.is_heard
+                before = topic.has_subscribers
                 if topic.look():
                     wanted.setdefault(row, set()).add(name)
                     new.update(() if before else (topic,))
@@ -138,7 +140,7 @@ class SensorTopics(rospy.SubscribeListener):
         rows, stamp = {}, stamp_at(reading.stamp)
         for k, row in enumerate(sensor.rows.tolist() if only is None or only else ()):
             for topic in self._of.get((row, sensor.mount.name), ()):
-                if topic.is_heard if only is None else topic in only:
+                if topic.has_subscribers if only is None else topic in only:
                     form = topic.form
                     if form not in rows:
                         rows[form] = form.rows(reading)
@@ -159,7 +161,7 @@ class SensorTopics(rospy.SubscribeListener):
                 text.format(name, rate * factor, rate * speed) for name, rate in rates.items()
             ]
         for (name, _), topic in self._topics.items():
-            lost = topic.lately_left_out() if topic.is_heard else 0
+            lost = topic.lately_left_out() if topic.has_subscribers else 0
             if lost:
                 texts.append("{}: a listener was too slow for {} messages".format(name, lost))
         return texts[:MOST_TOLD]
@@ -169,20 +171,20 @@ class _Topic:
     """One topic of one sensor."""
 
     def __init__(self, name, kind, listener):
-        self.form, self.frame, self.is_heard = None, "", False
+        self.form, self.frame, self.has_subscribers = None, "", False
         self._newest, self._left_out, self._lost = None, 0, -math.inf
         self._publisher = prompt_publisher(name, kind, lambda: self._newest, listener)
 
-    def tells(self, form, frame):
+    def publishes(self, form, frame):
         """Take in which form and frame its messages have."""
         self.form, self.frame = form, frame
 
     def look(self):
         """Return whether anybody listens now, and remember it."""
-        self.is_heard = self._publisher.get_num_connections() > 0
-        if not self.is_heard:
+        self.has_subscribers = self._publisher.get_num_connections() > 0
+        if not self.has_subscribers:
             self._newest = None  # it grows old
-        return self.is_heard
+        return self.has_subscribers
 
     def publish(self, message):
         """Publish ``message``; a later listener begins with it."""

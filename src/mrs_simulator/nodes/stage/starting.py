@@ -25,7 +25,7 @@ def odometry_rate(scenario, usual):
 
 @explained_by("docs/troubleshooting.md#on-ros")
 def only_stage():
-    """Return the ``Rivals`` on /clock; ``ValueError`` names another node that tells the time.
+    """Return the ``Rivals`` on /clock; ``ValueError`` names another node that publishes the time.
 
     One that is about to end, as in a restart, is waited for.
     """

@@ -62,7 +62,7 @@ class StatusTopic:
         new = [row for row in lost if row not in self._real_silent]
         if new:
             timeout = mirror.frame.odom_timeout
-            rospy.logwarn("stage: real %s not heard for %g s", named(new), timeout)
+            rospy.logwarn("stage: no odometry of real %s for %g s", named(new), timeout)
         for row in set(jumps).difference(self._jumped):
             go_on = "call pioneer_control/start or stage/reset to follow it again"
             rospy.logerr("stage: %s: %s", jumps[row], go_on)

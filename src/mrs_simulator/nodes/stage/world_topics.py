@@ -64,7 +64,7 @@ class WorldTopics:
     def follow_team(self, errors=None):
         """Open or withdraw robots' own topics, so that every robot of the world has its own.
 
-        ``errors``: ``OdometryErrors`` by which to tell how sure odometry is, None for always alike.
+        ``errors``: ``OdometryErrors`` by which odometry states its covariance, None for always alike.
         """
         while len(self.robots) > self._world.n:
             self.robots.pop().close()
@@ -125,7 +125,7 @@ class WorldTopics:
         if self._true_poses:
             self._publish_true_poses(stamp, rows)
         listeners = self._tf.get_num_connections()
-        # tf complains of a stamp that it has had; at rest only a new listener is told.
+        # tf complains of a stamp that it has had; at rest only a new subscriber gets it.
         if listeners and (stamp, listeners) != self._tf_sent:
             self._tf_sent = (stamp, listeners)
             frames = self._frames.odom, self._frames.base
@@ -139,8 +139,8 @@ class WorldTopics:
             return
         spatial = None if spatial is None else spatial.of(places)
         rows = [rows[place] for place in places]
-        told = poses[places].tolist(), twists[places].tolist(), lifts(spatial, len(rows))
-        for row, *each in zip(rows, *told, self._covariances(rows)):
+        states = poses[places].tolist(), twists[places].tolist(), lifts(spatial, len(rows))
+        for row, *each in zip(rows, *states, self._covariances(rows)):
             self.robots[row].publish(stamp, *each)
 
     def _follow_covariances(self):
@@ -151,7 +151,7 @@ class WorldTopics:
             self._sure_at = world.time
 
     def _covariances(self, rows):
-        """Return the covariances (36,) of the poses that robots ``rows`` tell, None for one that stays."""
+        """Return covariances (36,) of the poses that robots ``rows`` report, None for one that stays."""
         if self._sure is None:
             return [None] * len(rows)
         return full_covariances(self._sure.covariance()[rows])

@@ -19,7 +19,7 @@ LOOKS = 2.0  # [1/s] looks at which the verdict sees the floor anew
 
 
 class Exploration(PioneerControl):
-    """Each robot goes to the nearest cell of the floor that nobody has seen and it is nearest to.
+    """Each robot goes to the nearest cell of the floor that no robot has seen and it is nearest to.
 
     Nearest by ways that are free for robots: the floor is shared as a Voronoi diagram of these.  What a
     laser shows is seen.  A cell that is still not seen from where its way ends is given up.  The law knows

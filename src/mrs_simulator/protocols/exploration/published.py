@@ -18,7 +18,7 @@ AHEAD, PATIENCE, ROUNDS = 2, 1.0, 4  # [-] cells, [s] between plans, [-] cells b
 
 
 class Exploration(Sensed):
-    """Each robot goes to the nearest cell that nobody has seen and that it is nearest to."""
+    """Each robot goes to the nearest cell that no robot has seen and that it is nearest to."""
 
     def __init__(self, speed, cell, room, apart):
         self.speed, self.cell, self.room, self.apart = speed, cell, room, apart

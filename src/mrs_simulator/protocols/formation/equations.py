@@ -46,7 +46,7 @@ PARAMETERS = (
         "closure",
         "chain",
         choices=CLOSURES,
-        meaning="who closes the chain: nobody, robot 1, both neighbours, or the topology",
+        meaning="who closes the chain: none, robot 1, both neighbours, or the topology",
     ),
 )
 

@@ -190,7 +190,7 @@ class Cars(Unicycles):
     bent = False  # whether an angle was commanded that no Twist expresses
 
     def speed_up(self, twist, climb):
-        """As ``Unicycles``, along; the steering angle tells the rest."""
+        """As ``Unicycles``, along; the rest follows from the steering angle."""
         self.velocity = twist[:, :1].copy()
 
     @property

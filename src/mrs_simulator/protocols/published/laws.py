@@ -22,7 +22,7 @@ class Published:
 
     ``SEES`` says from what a recorded sample's command follows: "now": from its points and time;
     "next": from its points and the velocities commanded before, which the law has as its memory;
-    "past": from more than a sample tells.  ``NARROWS``: a difference in one robot's place never grows
+    "past": from more than a sample shows.  ``NARROWS``: a difference in one robot's place never grows
     beyond itself, in the largest distance of all robots, so that small deviations add up at most.
     ``RANDOM``: it draws numbers, so that one solution proves nothing of it.
     ``WORK``: what a pair of robots costs in one command, as against a sum over all pairs.

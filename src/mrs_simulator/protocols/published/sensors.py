@@ -32,7 +32,7 @@ class Sensed(Published):
         raise NotImplementedError
 
     def velocity(self, points, time, memory):
-        """Raise ``TypeError``: points do not tell what was sensed."""
+        """Raise ``TypeError``: from points it is not known what was sensed."""
         raise TypeError("a law by sensors has no velocities of points alone")
 
 

@@ -1,4 +1,4 @@
-"""Laws of robots that know what their own sensors tell, as functions of arrays in a robot's own frame."""
+"""Laws of robots that know what their own sensors measure: functions of arrays in a robot's own frame."""
 
 import itertools
 

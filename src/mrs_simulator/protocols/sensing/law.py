@@ -1,4 +1,4 @@
-"""Protocols of robots that know nothing but what their own sensors tell, in their own frames."""
+"""Protocols of robots that know nothing but what their own sensors measure, in their own frames."""
 
 import numpy as np
 
@@ -153,7 +153,7 @@ class WallFollowing(Sensing):
 
     The distance to the wall and the angle against it come from the transducers that look straight to the
     left; those ahead sense the robot in front, to which a gap is kept: ``speed + gain (gap - wanted)``.
-    The first robot has nobody before it, and goes at ``speed``; what is farther than two gaps is nobody.
+    The first robot has none before it, and goes at ``speed``; what is farther than two gaps does not count.
 
     Theorem: along a straight wall, whose normal is within the cones, errors obey ``e' = -gain e``, each
     gap's driven by that of the robot before: all decay.
@@ -264,7 +264,7 @@ def to_the_left(places):
 class SensedFollowing(Sensing):
     """A convoy: each robot follows the one with the number before its own, by range and bearing.
 
-    ``u = gain (|z| - distance) z/|z|``, z from the own point to the centre that is seen; nobody tells how
+    ``u = gain (|z| - distance) z/|z|``, z from the own point to the centre that is seen; unknown is how
     fast the robot before is.  The first drives at ``speed`` and ``turn``.  Who is not seen is waited for.
 
     Theorem: ranges end where the speeds are the same, on a straight way at ``distance + speed/gain``, on

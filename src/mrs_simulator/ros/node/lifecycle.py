@@ -31,7 +31,7 @@ def start_node(name, parameters=(), foreign=False):
 
     rospy's own handlers shut down in the middle of whatever the main thread is at, and can so wait
     for a lock that it holds.  Here the shutdown has a thread of its own; ``rospy.is_shutdown()``
-    tells the main loop.
+    notifies the main loop.
     """
     refuse_unknown(parameters, foreign)
     rospy.init_node(name, disable_signals=True)

@@ -59,7 +59,7 @@ class LocalConnection(Received, Connection):
                 self._give_up(engine)
 
     def _give_up(self, engine):
-        """Have nobody wait for answers of an ``engine`` that has ended."""
+        """Release who waits for answers of an ``engine`` that has ended."""
         with self._sending:
             self._engine = None if self._engine is engine else self._engine
             awaited, self._awaited = self._awaited, {}

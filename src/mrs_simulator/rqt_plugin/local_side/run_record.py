@@ -22,8 +22,8 @@ class RunRecord:
         """``directory``: exists, and is the run's alone."""
         self.directory, self._experiment = directory, experiment
         layout = experiment.layout
-        self._recorder = begin_run(experiment.scenario, directory, tell=_tell, layout=layout)
-        self._sensors = experiment.record_sensors(directory, _tell)
+        self._recorder = begin_run(experiment.scenario, directory, report=_report, layout=layout)
+        self._sensors = experiment.record_sensors(directory, _report)
         self._settings, self._stops, self._ended = ControllerRecord(), Interruptions(), COMPLETE
         self._samples, self._stamp = 0, 0.0
         self._stops.note(0.0, True, "")
@@ -98,5 +98,5 @@ def is_of_run(name):
     return name in (RUN_FILE, FACTS_FILE, SCENARIO_FILE) or is_result(name)
 
 
-def _tell(text):
+def _report(text):
     print("simulation: " + text, file=sys.stderr)

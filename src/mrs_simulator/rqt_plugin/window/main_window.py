@@ -117,7 +117,7 @@ def end_program(code):
 
 
 def _silent_display():
-    """Return the X display that Qt would use and that nobody serves, or ""."""
+    """Return the X display that Qt would use and that no server answers, or ""."""
     name = os.environ.get("DISPLAY", "")
     others = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("QT_QPA_PLATFORM")
     found = re.fullmatch(r"(?:unix)?([^:/]*):(\d+)(?:\.\d+)?", name)

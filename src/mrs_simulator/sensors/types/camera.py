@@ -80,8 +80,8 @@ class Camera:
         level, up = math.cos(settings.down), -math.sin(settings.down)
         cos, sin = cos_sin(pose[:, 2] + self._place[3])
         ahead = np.stack([level * cos, level * sin, np.full(len(cos), up)], axis=1)
-        eyes = np.column_stack([place, height])
-        pictures = [environment.picture(state, *each, settings) for each in zip(eyes, ahead)]
+        centres = np.column_stack([place, height])
+        pictures = [environment.picture(state, *each, settings) for each in zip(centres, ahead)]
         image, depth = (np.stack(each) for each in zip(*pictures))
         depth = rng.noisy(np.where(depth < settings.most, depth, np.inf), "depth")
         if not settings.has_depth:

@@ -25,7 +25,7 @@ from mrs_simulator.study.draw.plane_figure import (
 from mrs_simulator.study.draw.style import LookError
 
 SUFFIXES = (".gif", ".mp4", ".svg")
-ENDINGS = ".gif, .svg or .mp4"
+WANTED = "wanted a file .gif, .svg or .mp4"
 FROM_ABOVE = "an SVG moves seen from above alone; wanted a file .gif or .mp4"
 WIDTH = 4.8  # [in]
 DPI = 100
@@ -63,7 +63,7 @@ class Animation:
         """Write the animation to ``path``, ``.gif`` or ``.svg``, or ``.mp4`` by ffmpeg; return the path."""
         suffix = os.path.splitext(path)[1]
         if suffix not in SUFFIXES:
-            raise LookError("{}: wanted a file {}".format(path, ENDINGS))
+            raise LookError("{}: {}".format(path, WANTED))
         if suffix == ".mp4":
             need_ffmpeg(path)
             return self._save_film(path)

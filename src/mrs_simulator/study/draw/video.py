@@ -30,10 +30,10 @@ def check_video(arguments):
     """Raise ``LookError`` for a video that cannot be written."""
     if not arguments.video or arguments.video == DEFAULT:
         return
-    from mrs_simulator.study.draw.animation import ENDINGS, FROM_ABOVE, SUFFIXES, need_ffmpeg
+    from mrs_simulator.study.draw.animation import FROM_ABOVE, SUFFIXES, WANTED, need_ffmpeg
 
     if not arguments.video.endswith(SUFFIXES):
-        raise LookError("--video {}: wanted a file {}".format(arguments.video, ENDINGS))
+        raise LookError("--video {}: {}".format(arguments.video, WANTED))
     if arguments.space and arguments.video.endswith(".svg"):
         raise LookError("--space --video {}: {}".format(arguments.video, FROM_ABOVE))
     if arguments.video.endswith(".mp4"):

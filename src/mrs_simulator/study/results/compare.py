@@ -29,7 +29,7 @@ FIGURE, FILE = "compare", "compare.json"
 
 
 class Fit(NamedTuple):
-    """What a run's motion says of its robots; arrays (n,), NaN where the run does not tell."""
+    """What a run's motion says of its robots; arrays (n,), NaN where the run does not show it."""
 
     delay: float  # [s]
     speed: np.ndarray  # [-] s_v
@@ -184,7 +184,7 @@ def comparison_text(result):
 
 def _scale(robot, name):
     if robot[name] is None:
-        return "not told"
+        return "not known"
     return "{:.3f} +- {:.3f}".format(robot[name], 2.0 * robot[name + "_error"])
 
 

@@ -24,7 +24,7 @@ def provenance(scenario, out, look):
     ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
     of a clone; ``processor``; ``seed``; ``look``: width [in] and style of the figures; ``stamp``: what
     these carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the outputs without
-    those that tell wall times (``run.json``, ``verdict.json``).
+    those that hold wall times (``run.json``, ``verdict.json``).
     """
     inputs = {path: digest(path) for path in input_files(scenario)}
     inputs["scenario.yaml"] = digest(os.path.join(out, "scenario.yaml"))

@@ -48,18 +48,18 @@ FIGURES += ("z_states", "trajectories_in_space")  # of robots off the ground
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 
 
-def begin_run(scenario, out, robots=None, tell=None, layout=None, kept=0, memory=None):
+def begin_run(scenario, out, robots=None, report=None, layout=None, kept=0, memory=None):
     """Return the ``Recorder`` of a new run in the directory ``out``, beside its ``scenario.yaml``.
 
     ``robots``: their numbers, by default those of the scenario; ``layout``: the ``Layout`` of their
-    columns, by default that of unicycles; ``tell``: what the recorder calls with a text when its disk is
+    columns, by default that of unicycles; ``report``: what the recorder calls with a text when its disk is
     full, and when there is room again; ``kept``: of how many samples it keeps the numbers, and ``memory``:
     where.  The report on an earlier run there goes: it is not one on this.
     """
     robots = range(1, scenario.n + 1) if robots is None else robots
     path = os.path.join(out, RUN_FILE)
     options = {"layout": layout, "kept": kept, "memory": memory}
-    recorder = Recorder(path, robots, scenario.hand_length, tell, **options)
+    recorder = Recorder(path, robots, scenario.hand_length, report, **options)
     remove_results(out)
     write_scenario(scenario, out)
     return recorder

@@ -90,16 +90,16 @@ class Experiment:
             traceback.print_exc()
             return ["{} raised {}".format(source, named(raised(error)))]
 
-    def record_sensors(self, out, tell):
+    def record_sensors(self, out, report):
         """Write the sensors that the scenario's ``record`` names to the directory ``out``.
 
-        ``tell`` is called beforehand with a text on each file's size.  Return the ``SensorFiles``, or None.
+        ``report`` is called beforehand with a text on each file's size.  Return ``SensorFiles``, or None.
         """
         if not self._recorded:
             return None
         known = self.scenario, *self.world.senses[:2], lines_of
         for each in with_sizes(self._recorded, *known):
-            tell(each.summary(self.scenario.duration))
+            report(each.summary(self.scenario.duration))
         self._recorder = SensorRecorder(self._recorded, self.scenario, self.world, out)
         return self._recorder.files
 
@@ -249,7 +249,7 @@ class Experiment:
         steps = int(round(self.scenario.duration / self.scenario.step))
         compiled, hint = compiling.pays(steps, self.scenario.n)
         if hint:
-            _tell(hint)
+            _report(hint)
         return compiled
 
     def _leaping(self, steps):
@@ -399,7 +399,7 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     scenario = experiment.scenario
     ahead = meetings_ahead(experiment.control, scenario)
     for text in ahead:
-        _tell("warning: " + text)
+        _report("warning: " + text)
     experiment.warnings += ahead
     started, ended = time.monotonic(), "complete"
     kept = {
@@ -407,8 +407,8 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
         "kept": samples_of(scenario),
         "memory": apart and apart.memory,
     }
-    with begin_run(scenario, out, tell=_tell, **kept) as recorder:
-        sensors = experiment.record_sensors(out, _tell)
+    with begin_run(scenario, out, report=_report, **kept) as recorder:
+        sensors = experiment.record_sensors(out, _report)
         if apart is not None:
             apart.begin(recorder)
         try:
@@ -422,8 +422,8 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
             if world.time == 0.0:  # where the robots stand is known all the same
                 recorder.sample(world.time, experiment.state(world.pose, world.command))
             cause = error.__cause__
-            if isinstance(cause, ControlError):  # of which no line of the law tells more
-                _tell(with_page(cause))
+            if isinstance(cause, ControlError):  # of which no line of the law says more
+                _report(with_page(cause))
             elif cause:
                 traceback.print_exception(type(cause), cause, cause.__traceback__)
         finally:
@@ -458,7 +458,7 @@ def facts_of(experiment, recorder, sensors, ended):
     return facts
 
 
-def _tell(text):
+def _report(text):
     print("experiment: " + text, file=sys.stderr)
 
 

@@ -110,11 +110,11 @@ def read_part(text):
     return i, n
 
 
-def make_runs(path, axes, given=None, tell=None):
+def make_runs(path, axes, given=None, report=None):
     """Return the runs of the scenario file ``path`` under all combinations of ``axes``.
 
     Each is ``(name, values by key, scenario)``; ``given``: values by key that all runs share.  A
-    combination that is no scenario is refused before anything runs.  ``tell(scenario, robots)`` is called
+    combination that is no scenario is refused before anything runs.  ``report(scenario, robots)`` is called
     where another number of robots is put to those that a scenario lists.  Raises ``ScenarioError``,
     ``ProtocolError`` and ``SweepError``.
     """
@@ -135,13 +135,13 @@ def make_runs(path, axes, given=None, tell=None):
     forget()
     for combination in itertools.product(*(values for _, values in axes)):
         values = dict(zip(keys, combination))
-        scenario = _scenario_with(content, path, values, given, tell)
+        scenario = _scenario_with(content, path, values, given, report)
         runs.append((_name(values, scenario), values, scenario))
     _refuse_shared_mistake(runs)
     return runs
 
 
-def _scenario_with(content, path, values, given, tell=None):
+def _scenario_with(content, path, values, given, report=None):
     """Return the scenario of a file's ``content`` with ``values`` put in.
 
     What it lists for each robot is of the file's own number of robots: another number then changes it as
@@ -160,8 +160,8 @@ def _scenario_with(content, path, values, given, tell=None):
             raise
     del changed["robots"]
     own = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
-    if tell is not None:
-        tell(own, all_values["robots"])
+    if report is not None:
+        report(own, all_values["robots"])
     return own.with_robots(all_values["robots"])
 
 

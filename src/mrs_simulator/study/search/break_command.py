@@ -78,7 +78,7 @@ def opened(arguments):
     scenario = scenario_of_file(content, path)
     varied = {**content.get("search", {}), **dict(map(_varied, arguments.vary))}
     space = Space(search_from(varied, path + ": search"), scenario.n, scenario.topology)
-    options = arguments.jobs, arguments.scheduler, _tell
+    options = arguments.jobs, arguments.scheduler, _report
     return Search(content, path, space, *options)
 
 
@@ -96,7 +96,7 @@ def optimiser_of(wanted):
     except ImportError:
         if wanted == "cma":
             raise SweepError("--optimiser cma: wanted the Python package cma") from None
-        _tell("the Python package cma is not installed: runs are drawn at random")
+        _report("the Python package cma is not installed: runs are drawn at random")
         return "random"
     return "cma"
 
@@ -128,7 +128,7 @@ def break_scenario(arguments):
             print("  {} of them were refused, as: {}".format(refused, often))
         return HELD
     if not arguments.no_shrink:
-        _tell("found after {} runs; it is shrunk".format(found.runs))
+        _report("found after {} runs; it is shrunk".format(found.runs))
         found = search.shrunk(found)
     report.update(
         variation=found.variation,
@@ -177,7 +177,7 @@ def story_of(found, report, out):
     return lines
 
 
-def _tell(text):
+def _report(text):
     print("search: " + text, file=sys.stderr)
 
 

@@ -34,11 +34,11 @@ class Found(NamedTuple):
 class Search:
     """Runs of one scenario's content, counted."""
 
-    def __init__(self, content, path, space, jobs=None, scheduler="", tell=None):
-        """``tell(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps."""
+    def __init__(self, content, path, space, jobs=None, scheduler="", report=None):
+        """``report(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps."""
         self.content, self.path, self.space = content, path, space
         self._jobs, self._scheduler = jobs, scheduler
-        self._tell = tell or (lambda text: None)
+        self._report = report or (lambda text: None)
         self.runs, self.errors = 0, {}
         self.printed = multiprocessing.Value("l", MOST_PRINTED)  # of the laws, left to be shown
 
@@ -94,7 +94,7 @@ class Search:
         for point, variation, trial in zip(points, variations, trials):
             if trial.objective < best:
                 best, place = trial.objective, point
-                self._tell("{} runs, margin {:.4g}".format(self.runs, trial.value))
+                self._report("{} runs, margin {:.4g}".format(self.runs, trial.value))
             if trial.is_broken:
                 return Found(variation, trial, self.runs), best, place
         return None, best, place
@@ -117,17 +117,17 @@ class Search:
                 if trial.objective < best:
                     best, place, margin = trial.objective, point, trial.value
                 if trial.is_broken:
-                    self._tell("{} runs, broken".format(self.runs))
+                    self._report("{} runs, broken".format(self.runs))
                     return Found(variation, trial, self.runs), best, place
             if best < before:
-                self._tell("{} runs, margin {:.4g}".format(self.runs, margin))
+                self._report("{} runs, margin {:.4g}".format(self.runs, margin))
             values = iter(trials)
             worst = max(
                 [each.objective for each in trials if math.isfinite(each.value)], default=1.0
             )
-            told = [worst + NEAR_PENALTY * off if off else next(values).objective for off in near]
+            scores = [worst + NEAR_PENALTY * off if off else next(values).objective for off in near]
             strategy.tell(
-                points, [value if math.isfinite(value) else worst + 1.0 for value in told]
+                points, [value if math.isfinite(value) else worst + 1.0 for value in scores]
             )
         return None, best, place
 

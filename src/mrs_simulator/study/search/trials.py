@@ -21,7 +21,7 @@ class Trial(NamedTuple):
 
     ``value``: the least that a requirement has to spare, divided by its constant, negative where one is
     broken; infinite for a variation that is no scenario, ``error`` then says why.  ``worst``: the
-    requirement of that value, as ``results.evaluated`` tells it; ``slope``: by how much the mean of its
+    requirement of that value, as ``results.evaluated`` has it; ``slope``: by how much the mean of its
     smallest margins is above, scaled like ``value``; ``spares``: such a value of each by name.
     """
 

@@ -22,7 +22,7 @@ STEP, STEPS = 0.05, 2000  # [s], of the run that looks for an equilibrium
 NUDGE = 1e-3  # [-] of the extent, away from the start
 NEWTON = 20  # steps at most from where that run ends
 SOUGHT = 4  # states at each scale, from which other equilibria are looked for
-FARTHEST = 10.0  # [-] of the extent, beyond which an equilibrium is not told
+FARTHEST = 10.0  # [-] of the extent, beyond which an equilibrium is not reported
 ALIKE = 1e-3  # [-] of the largest eigenvalue, by which those of one equilibrium may differ
 AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
 

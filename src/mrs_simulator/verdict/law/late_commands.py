@@ -30,21 +30,21 @@ def late_commands(time, wanted, recorded, sizes, hold):
     fast a command (n, a), or a difference of two, moves the robots' points (n,) [m/s]; ``hold`` [s]: for
     how long one pose and one command stand.  The delay is that of the least mean difference; each
     command is then held to what the law wants within ``hold`` about it.  Samples in which all
-    robots are told to stand are left out: a controller says so that is stopped.
+    robots are commanded to stand are left out: a controller says so that is stopped.
     """
-    told = recorded.any(axis=(1, 2))
+    driven = recorded.any(axis=(1, 2))
     scale = np.maximum(np.abs(wanted).max(axis=(0, 1)), 1e-12)
     delays = np.arange(0.0, LONGEST + STEP / 2.0, STEP)
 
     def misfit(delay):
-        kept = told & (time - delay >= time[0])
+        kept = driven & (time - delay >= time[0])
         if np.count_nonzero(kept) < FEWEST:
             return np.inf
         return float(np.abs((recorded - _at(time, wanted, time - delay)) / scale)[kept].mean())
 
     misfits = [misfit(delay) for delay in delays]
     delay = float(delays[int(np.argmin(misfits))])
-    kept = np.flatnonzero(told & (time - delay - hold >= time[0]))
+    kept = np.flatnonzero(driven & (time - delay - hold >= time[0]))
     if len(kept) < FEWEST:
         return None
     about = [_at(time, wanted, time[kept] - delay + s) for s in np.linspace(-hold, hold, PARTS)]

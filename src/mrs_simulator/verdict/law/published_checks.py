@@ -33,7 +33,7 @@ UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some 
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
 UNKNOWN = (
     "the law saw wheel odometry that is not recorded, and commands are {:.2g} off what the true poses "
-    "want: drift, or another law; wanted estimates: odometry, which records what was told"
+    "want: drift, or another law; wanted estimates: odometry, which records what was received"
 )
 UNREAD = "what sensors had read when a law was asked is not known without lockstep"
 UNSTATED = "the published law is not stated over edges that come and go"
@@ -56,12 +56,12 @@ def exactness_claims(control, run, exact, followed=None):
     rows = _rows(control, run)
     every = 1 < len(rows) == len(run.time) and _commands_between(control, run, 0, 1) == 1
     by_one = law.SEES != "past" and not control.links.faults
-    told = by_one or (every and law.SEES != "pose")
-    if control.deadband:  # what it swallows of velocities no later command tells
-        told, exact = told and law.SEES in ("now", "pose"), None
+    known = by_one or (every and law.SEES != "pose")
+    if control.deadband:  # what it swallows of velocities no later command shows
+        known, exact = known and law.SEES in ("now", "pose"), None
     if are_stated(control.team) and not run.meta.get("lockstep"):
         claims.append(_late_commands(control, law, run))
-    elif are_stated(control.team) and len(rows) > 1 and told:
+    elif are_stated(control.team) and len(rows) > 1 and known:
         claims.append(_commands(control, law, run, followed if run.meta.get("lockstep") else None))
     known = followed is not None and control.fidelity != "dynamic" and run.meta.get("lockstep")
     narrow = law.NARROWS and control.fidelity == "kinematic" and not _is_ramped(control)
@@ -157,7 +157,7 @@ def _commands(control, law, run, followed):
 def _saw_unknown(run):
     """Return whether the law of ``run`` saw estimates of poses that were not recorded.
 
-    Of real robots nothing else is recorded than what they tell.
+    Of real robots nothing else is recorded than what they report.
     """
     real = run.meta.get("collisions_unknown", False)
     return _by_wheels(run) and run.estimate is None and not real
@@ -240,7 +240,7 @@ def _late_commands(control, law, run):
     def error(run):
         found = late_command_error(control, law, as_known(control, run))
         if found is None:
-            raise NothingDecays("too few samples in which robots were told to move")
+            raise NothingDecays("too few samples in which robots were commanded to move")
         return _unless_drifted(control, law, run, found.error)
 
     tolerance = ESTIMATED if _by_wheels(run) else UNTIMED
@@ -299,7 +299,7 @@ def command_error(control, law, run, followed=None):
 
     Both as velocities of the controlled points [m/s], the law's within the robots' limits.  At most
     ``MOST_CHECKED`` pairs of robots are looked at, over samples that are spread evenly.  ``followed``: the
-    run of the robots under the law, if it is known, which tells what a law remembers at limits.
+    run of the robots under the law, if it is known, which shows what a law remembers at limits.
     """
     rows, most = _rows(control, run), _most_rows(law, run)
     robots = robots_of(control)
@@ -457,15 +457,15 @@ def _ramps(control, run):
     """Return whose base speeds up as fast as it can until after the next command, (m, n) bool."""
     columns = {axis: k for k, axis in enumerate(("linear.x", "linear.y", "angular.z"))}
     based = [k for k, axis in enumerate(run.axes) if axis in columns]
-    told, had = run.command[..., based], run.twist[..., [columns[run.axes[k]] for k in based]]
+    wanted, had = run.command[..., based], run.twist[..., [columns[run.axes[k]] for k in based]]
     most = control.limits.of_all(control.team.n).acceleration[:, based] * control.period
-    return (np.abs(told - had) > most + ROUNDING).any(axis=2)
+    return (np.abs(wanted - had) > most + ROUNDING).any(axis=2)
 
 
 def may_sense(control, velocity, hand, bounds):
     """Return whether a safety filter by sensors may have changed what was wanted to ``velocity`` (n, d).
 
-    What a sonar hears may seem nearer than it is by twice the way from the transducer to the point, which
+    What a sonar detects may seem nearer than it is by twice the way from the transducer to the point, which
     both lie on the robot.
     """
     reach = control.safety_filter.distance
@@ -510,7 +510,7 @@ def may_have_braked(control, run, row):
 def filter_acted(control, run):
     """Return the last sample of ``run`` whose command the safety filter changed, or None.
 
-    As far as samples tell: between two of them it may have acted as well.
+    As far as samples show: between two of them it may have acted as well.
     """
     if not np.any(control.safety):
         return None

@@ -88,7 +88,7 @@ def summary(results):
 
 
 def requirement_lines(results):
-    """Return the lines for a terminal that tell the ``results``."""
+    """Return the lines for a terminal of the ``results``."""
     return ["  requirement " + line_of(each) for each in results]
 
 

@@ -147,7 +147,7 @@ def robots_run(control, run, gripping=False):
 
     ``gripping``: their wheels also slip where they would speed up faster than friction lets them.
 
-    None where that cannot be told: of points without limits (those of cars have one), under the safety
+    None where that is not known: of points without limits (those of cars have one), under the safety
     filter, of robots with uneven wheels, and as in :func:`exact_run`.
     """
     law, scenario = published_law(control), run.scenario
@@ -169,10 +169,14 @@ def robots_run(control, run, gripping=False):
         return None
     if math.isinf(step) and not control.links.faults and mismatch == NO_MISMATCH:
         with np.errstate(all="ignore"):
-            told = followed_samples(law, robots, run, control.period)
-        if told is not None:
-            facts = {"limited": told.limited, "cut": told.cut, "memory": (None,) * len(run.time)}
-            columns = told.pose, told.hand, told.command
+            followed = followed_samples(law, robots, run, control.period)
+        if followed is not None:
+            facts = {
+                "limited": followed.limited,
+                "cut": followed.cut,
+                "memory": (None,) * len(run.time),
+            }
+            columns = followed.pose, followed.hand, followed.command
             return Run(run.time, run.robots, *columns, [], scenario, facts, control.team.axes)
 
     def moved(time):
@@ -182,7 +186,7 @@ def robots_run(control, run, gripping=False):
     with np.errstate(all="ignore"):
         if robots.is_ramped and not frozen and run.time[0] > 0.0:
             begin_moving(robots, run, moved)
-        rows = [(robots.pose, robots.points, *told) for told in moved(run.time)]
+        rows = [(robots.pose, robots.points, *each) for each in moved(run.time)]
     *columns, memory = zip(*rows)
     pose, hand, command, limited, cut = map(np.array, columns)
     if not np.isfinite(pose).all():
@@ -200,7 +204,7 @@ def later(followed, rows):
 
 def _can_be_followed(control, run, law):
     scenario = run.scenario
-    # Of a car also the point mass is told no more than a steering angle below a right one.
+    # Of a car also the point mass is commanded no more than a steering angle below a right one.
     unlimited = bool(np.isinf(control.limits.top).all()) and not control.team.has_joints
     return not (
         (scenario.fidelity == "point_mass" and (unlimited or law.SEES == "pose"))

@@ -26,7 +26,7 @@ class Followed(NamedTuple):
 
 
 def followed_samples(law, robots, run, period):
-    """Return how ``robots`` move under ``law`` as :class:`Followed`, or None where samples do not tell it.
+    """Return how ``robots`` move under ``law`` as :class:`Followed`, or None where samples do not show it.
 
     Each sample is followed to the next.  That is the motion from the start, but for ``SURE``, where the
     samples are met and no difference grows: the law keeps points close, and no command moves a point by
@@ -71,12 +71,12 @@ def _followed(law, robots, run, rows, period, count):
     for step in range(count):
         points = robots.points
         u = law.velocities(points, time + step * period, begun)
-        told = robots.commands(u)
+        wanted = robots.commands(u)
         full = robots.limited_now
-        calm = calm and bool((robots.sizes(told) * period <= farthest).all())
+        calm = calm and bool((robots.sizes(wanted) * period <= farthest).all())
         if step == 0:
-            command, limited = told, full
-        robots.move(told, period)
+            command, limited = wanted, full
+        robots.move(wanted, period)
         off = u + current - (robots.points - points) / period
         lost = lost + np.where(full, np.hypot(off[..., 0], off[..., 1]) * period, 0.0)
     return robots.pose, robots.points, lost, command, limited, calm

@@ -1,7 +1,7 @@
 """Which bodies theory itself leads into each other: its points come nearer than bodies can be.
 
 Consensus of robots at one point is the common case.  Theory is of points, and says nothing of a run after
-bodies have touched; before a run it tells that they will.
+bodies have touched; before a run it warns that they will.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from mrs_simulator.record.recording import Run
 from mrs_simulator.verdict.theory.exact_runs import exact_run
 
 MOST_DISTANCES = 1e7  # [-] pairs of robots over all samples, above which some samples are looked at
-LONG = 1 << 21  # [-] robots over all samples of a run, of which nothing is told ahead
+LONG = 1 << 21  # [-] robots over all samples of a run, of which nothing is predicted
 SHOWN = 3  # [-] pairs that are named
 AHEAD = (
     "theory leads the points of {} nearer to each other than their bodies can be: the theorem is not "
@@ -74,7 +74,7 @@ def meetings_ahead(control, scenario):
         claims = [] if exact is not None else call(control.all_claims, run.hand[0])
         track = theory_track(control, run, exact, claims)
         found = track and meetings(control.team, *track, z=starts[:, 3:].sum(axis=1))
-    except Exception:  # of a law of one's own: what its claims raise, the verdict tells
+    except Exception:  # of a law of one's own: what its claims raise, the verdict reports
         return []
     return [AHEAD.format(_named(found))] if found else []
 

@@ -27,12 +27,12 @@ def slipped_run(control, run):
     estimated it sees q as far off as the recorded estimates were.  Of several commands between two samples
     the velocities are taken from a straight line, in u and in f alike.
 
-    None where that cannot be told: of laws that see more than places and time, over faulty edges, of
+    None where that is not known: of laws that see more than places and time, over faulty edges, of
     samples beside commands or not in lockstep, of odometry that was not recorded, and where it is too long
     to compute.
     """
     law, counts = published_law(control), _commands_between(control, run)
-    if law is None or counts is None or not _is_told(control, run, law):
+    if law is None or counts is None or not _is_known(control, run, law):
         return None
     time, memory, known = run.time - run.time[0], law.begin(run.hand[0]), as_known(control, run)
     robots = robots_of(control)
@@ -70,7 +70,7 @@ def _commands_between(control, run):
     return np.diff(whole.astype(int)).tolist()
 
 
-def _is_told(control, run, law):
+def _is_known(control, run, law):
     return (
         law.SEES == "now"
         and bool(run.meta.get("lockstep"))

@@ -104,7 +104,7 @@ class Points:
         return Answer(None, OPEN.format(text))
 
     def _false(self, claim, share, last):
-        """Return that ``claim`` is false, as ``last`` shows, or why that cannot be told."""
+        """Return that ``claim`` is false, as ``last`` shows, or why that is not known."""
         beside = np.zeros(self.run.hand.shape[1:])
         beside[:, 0] = NUDGE * (-1.0) ** np.arange(len(beside))
         nudged = self._for(share, beside)

@@ -38,9 +38,9 @@ class Drivers(PresetDrivers):
         world = self.world
         kinds, step = world.team.kinds, world.step_size
         self._response = {row: flying.response(kinds[row], step) for row in rows}
-        self._told = {}  # shares (6,), and when [s], by row
+        self._goals = {}  # shares (6,), and when [s], by row
         self._emergency = set()
-        self._velocity = {}  # (3,) [m/s] when it was told last, and when [s], by row
+        self._velocity = {}  # (3,) [m/s] when it was published last, and when [s], by row
 
     def open_robot(self, row):
         """Return the publishers and subscribers of robot ``row``."""
@@ -83,7 +83,7 @@ class Drivers(PresetDrivers):
                 if not np.isfinite(twists[index]).all():
                     self.world.commands.refused[row] += 1
                 else:
-                    self._told[row] = firmware.shares(twists[index]), self.world.time
+                    self._goals[row] = firmware.shares(twists[index]), self.world.time
                 twists[index] = 0.0
         return twists
 
@@ -100,7 +100,7 @@ class Drivers(PresetDrivers):
         world = self.world
         rows = [
             row
-            for row, (_, since) in self._told.items()
+            for row, (_, since) in self._goals.items()
             if row < world.n and world.time - since <= world.commands.timeouts[row]
         ]
         flying_now = world.flights.states()
@@ -109,18 +109,18 @@ class Drivers(PresetDrivers):
             kind = world.team.kinds[row]
             top = world.team.limits.of([row]).top[0]
             axes = [world.team.axes.index(axis) for axis in kind.axes]
-            given = self._told[row][0], state.velocity, state.heading
+            given = self._goals[row][0], state.velocity, state.heading
             self.give(row, firmware.command(*given, kind, top[axes], self._response[row]))
 
-    def tell(self, stamp, rows):
+    def report(self, stamp, rows):
         """Publish odometry, inertial and navigation data of robots ``rows`` at ``stamp``."""
         own = [row for row in rows if row in self._response]
-        heard = [row for row in own if any(map(_is_heard, self._open[row]))]
-        if not heard:
+        followed = [row for row in own if any(map(_has_subscribers, self._open[row]))]
+        if not followed:
             return
-        told = zip(heard, self.states(heard), lifts(self.world.spatial.of(heard), len(heard)))
-        states = self.world.flights.states()
-        for row, state, lift in told:
+        raised = lifts(self.world.spatial.of(followed), len(followed))
+        flights = self.world.flights.states()
+        for row, state, lift in zip(followed, self.states(followed), raised):
             pose, twist = self.world.pose[row].tolist(), self.world.twist[row].tolist()
             base = "robot{}/base_link".format(row + 1)
             odometry, inertial, *more = (
@@ -130,10 +130,10 @@ class Drivers(PresetDrivers):
             odometry.publish(_odometry(stamp, row, base, pose, twist, lift))
             inertial.publish(_inertial(stamp, base, pose, twist, lift, force))
             for publisher in more:
-                publisher.publish(self._navdata(stamp, base, row, state, lift, force, states[row]))
+                publisher.publish(self._navdata(stamp, base, row, state, lift, force, flights[row]))
 
     def _specific_force(self, row, state, lift):
-        """Return what an accelerometer reads, (3,) [m/s^2], body frame, on average since it was told
+        """Return what an accelerometer reads, (3,) [m/s^2], body frame, on average since it was published
         last."""
         now = self.world.time
         before, since = self._velocity.get(row, (state.velocity, now))
@@ -160,7 +160,7 @@ class Drivers(PresetDrivers):
         return message
 
 
-def _is_heard(opened):
+def _has_subscribers(opened):
     return isinstance(opened, rospy.Publisher) and opened.get_num_connections() > 0
 
 

@@ -32,7 +32,7 @@ def behind(scenario):
 class Drivers(PresetDrivers):
     """crazyswarm's server and the firmware of its robots.
 
-    A robot obeys ``/robotN/cmd_vel`` until it is told anything by its own topics and services.
+    A robot obeys ``/robotN/cmd_vel`` until it is commanded by its own topics and services.
     """
 
     NAME, DRIVE = NAME, "quadrotor"
@@ -74,8 +74,8 @@ class Drivers(PresetDrivers):
             ("cmd_position", "Position", _position),
         ):
             if kind in self.types:
-                told = self._streamed(row, read)
-                opened.append(self.subscribe(name + topic, self.types[kind], told))
+                streamed = self._streamed(row, read)
+                opened.append(self.subscribe(name + topic, self.types[kind], streamed))
         if "Takeoff" in self.types:
             opened += self._services(row, name, one)
         return opened
@@ -109,12 +109,12 @@ class Drivers(PresetDrivers):
             self.service(name + "stop", types["Stop"], lambda _: self._stop(row)),
         ]
 
-    # What it is told -----------------------------------------------------------------------------
+    # What it receives ----------------------------------------------------------------------------
 
     def _broadcast(self, name):
         def act(request):
             if name == "go_to":
-                request.relative = True  # as the firmware takes what is told to all
+                request.relative = True  # as the firmware takes what is sent to all
             self._fly(name, request, list(self._commanders), request.groupMask)
 
         return act
@@ -140,26 +140,31 @@ class Drivers(PresetDrivers):
                 duration = request.duration.to_sec()
                 one.go_to(now, state, goal, request.yaw, duration, request.relative)
             else:
-                told = request.trajectoryId, request.timescale, request.reversed, request.relative
-                one.start(now, state, *told)
+                started = (
+                    request.trajectoryId,
+                    request.timescale,
+                    request.reversed,
+                    request.relative,
+                )
+                one.start(now, state, *started)
             self.world.flights.power([row])
 
     def _streamed(self, row, read):
-        def told(message):
+        def streamed(message):
             made, *numbers = read(self._commanders[row], message)
             if self.fits(row, *numbers):
                 self._stream(row, made)
 
-        return told
+        return streamed
 
     def _stream(self, row, setpoint):
         self._commanders[row].stream(self.world.time, setpoint)
         self.world.flights.power([row])
 
     def _attitude(self, row, message):
-        told = message.linear.x, message.linear.y, message.angular.z, message.linear.z
-        if self.fits(row, *told):
-            self._stream(row, self._commanders[row].attitude(*told))
+        attitude = message.linear.x, message.linear.y, message.angular.z, message.linear.z
+        if self.fits(row, *attitude):
+            self._stream(row, self._commanders[row].attitude(*attitude))
 
     def _stop(self, row):
         """Cut the motors, as the firmware does when commanded to stop, in the air too."""
@@ -192,7 +197,7 @@ class Drivers(PresetDrivers):
             if command is not None:
                 self.give(row, command)
 
-    def tell(self, stamp, rows):
+    def report(self, stamp, rows):
         """Publish poses and transforms of robots ``rows`` at ``stamp``."""
         world, own = self.world, [row for row in rows if row in self._commanders]
         if not own:
@@ -208,8 +213,10 @@ class Drivers(PresetDrivers):
                 publisher.publish(message)
         if self._tf.get_num_connections():
             names = [(row, "cf{}".format(row + 1)) for row in own]
-            told = [transform(stamp, WORLD, name, poses[row], raised[row]) for row, name in names]
-            self._tf.publish(TFMessage(transforms=told))
+            transforms = [
+                transform(stamp, WORLD, name, poses[row], raised[row]) for row, name in names
+            ]
+            self._tf.publish(TFMessage(transforms=transforms))
 
 
 def _full_state(one, message):
@@ -226,8 +233,8 @@ def _velocity_world(one, message):
 
 
 def _hover(one, message):
-    told = message.vx, message.vy, message.yawrate, message.zDistance
-    return (one.hover(*told), *told)
+    setpoint = message.vx, message.vy, message.yawrate, message.zDistance
+    return (one.hover(*setpoint), *setpoint)
 
 
 def _position(one, message):

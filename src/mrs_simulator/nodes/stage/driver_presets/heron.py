@@ -34,17 +34,17 @@ class Drivers(PresetDrivers):
         name = "/robot{}/".format(row + 1)
         opened = [self.subscribe(name + "cmd_wrench", Wrench, lambda m: self._wrench(row, m))]
         if "Drive" in self.types:
-            for topic, kind, told in (
+            for topic, kind, receive in (
                 ("cmd_drive", "Drive", self._drive),
                 ("cmd_helm", "Helm", self._helm),
                 ("cmd_course", "Course", self._course),
             ):
-                to = lambda message, told=told: told(row, message)  # noqa: E731
+                to = lambda message, receive=receive: receive(row, message)  # noqa: E731
                 opened.append(self.subscribe(name + topic, self.types[kind], to))
         return opened
 
     def _efforts(self, row, efforts, rate=0.0):
-        self.told.pop(row, None)
+        self.goals.pop(row, None)
         self.give(row, [0.0, rate])
         self.world.commands.set_efforts([row], efforts[np.newaxis])
 
@@ -63,10 +63,10 @@ class Drivers(PresetDrivers):
 
     def _course(self, row, message):
         if self.fits(row, message.yaw, message.speed):
-            self.told[row] = message.yaw, message.speed, self.world.time
+            self.goals[row] = message.yaw, message.speed, self.world.time
 
-    def go_on(self, row, told):
-        """Let boat ``row`` turn to the course that it was ``told``, while that is fresh."""
-        (yaw, speed, since), world = told, self.world
+    def go_on(self, row, goal):
+        """Let boat ``row`` turn to the course that it was commanded, its ``goal``, while that is fresh."""
+        (yaw, speed, since), world = goal, self.world
         if world.time - since <= world.commands.timeouts[row]:
             self.give(row, firmware.course(yaw, speed, float(world.pose[row, 2])))

@@ -66,7 +66,7 @@ class PresetDrivers(StagePart):
         """``requests`` runs what services ask for; ``absent``: rows of robots without a driver here."""
         self.world, self.requests, self._absent = world, requests, set(absent)
         self.mailbox, self._open = Mailbox(), {}
-        self.told = {}  # what a robot goes on with until something else comes, by row
+        self.goals = {}  # what a robot goes on with until something else comes, by row
         self.types, missing = found(self.OFFERS)
         self.left_out = missing_text(self.NAME, missing)
         if self.left_out:
@@ -79,7 +79,7 @@ class PresetDrivers(StagePart):
             for each in self._open.pop(row):
                 close = getattr(each, "unregister", None) or each.shutdown
                 close()
-        self.told = {}
+        self.goals = {}
         self.begin(sorted(rows))
         for row in sorted(rows):
             self._open[row] = self.open_robot(row)
@@ -101,21 +101,21 @@ class PresetDrivers(StagePart):
         These go on with nothing else any longer.
         """
         for row in rows:
-            self.told.pop(row, None)
+            self.goals.pop(row, None)
         self.world.set_commands(rows, commands)
 
     def advance(self):
         """Do what is due before the world's next step."""
         self.mailbox.serve()
-        for row, told in list(self.told.items()):
+        for row, goal in list(self.goals.items()):
             if row < self.world.n:
-                self.go_on(row, told)
+                self.go_on(row, goal)
 
-    def go_on(self, row, told):
-        """Let robot ``row`` go on with what it was ``told``."""
+    def go_on(self, row, goal):
+        """Let robot ``row`` go on with its ``goal``."""
 
-    def tell(self, stamp, rows):
-        """Publish what drivers tell of robots ``rows`` at ``stamp``."""
+    def report(self, stamp, rows):
+        """Publish what drivers report of robots ``rows`` at ``stamp``."""
 
     # Helps ---------------------------------------------------------------------------------------
 

@@ -28,8 +28,8 @@ def behind_rosaria(scenario):
     """Return ``scenario`` with odometry, limits, watchdog and sensors of robots behind RosAria."""
     if scenario.fidelity == "point_mass":
         raise ValueError("preset rosaria: fidelity point_mass, wanted kinematic or dynamic")
-    told = {kind.name: _told(kind) for kind in Team.from_scenario(scenario).kinds}
-    sensors = [{"kind": name, "mounts": mounts} for name, mounts in told.items() if mounts]
+    reported = {kind.name: _reported(kind) for kind in Team.from_scenario(scenario).kinds}
+    sensors = [{"kind": name, "mounts": mounts} for name, mounts in reported.items() if mounts]
     return scenario.changed(
         odometry="wheel",
         limits="firmware",
@@ -38,7 +38,7 @@ def behind_rosaria(scenario):
     )
 
 
-def _told(kind):
+def _reported(kind):
     """Return what the driver publishes of the sensors that ``kind`` declares, mounts by name."""
     return {
         name: dict(TOLD[mount["type"]])
@@ -81,7 +81,7 @@ class Drivers(StagePart):
     def advance(self):
         """Nothing is due before a step."""
 
-    def tell(self, stamp, rows):
+    def report(self, stamp, rows):
         """Only odometry is published."""
 
     def command(self, rows, commands):

@@ -39,7 +39,7 @@ class Drivers(PresetDrivers):
 
     def _thrust(self, row, side, command):
         if self.fits(row, command):
-            commands, when = self.told.setdefault(row, (np.zeros(2), np.full(2, -np.inf)))
+            commands, when = self.goals.setdefault(row, (np.zeros(2), np.full(2, -np.inf)))
             commands[side], when[side] = command, self.world.time
 
     def _angle(self, row, which, angle):
@@ -47,9 +47,9 @@ class Drivers(PresetDrivers):
             text = "stage: robot%d: %s_thrust_angle is left out: its thrusters do not swivel"
             rospy.logwarn_throttle(5.0, text % (row + 1, which))
 
-    def go_on(self, row, told):
-        """Let the thrusters of boat ``row`` obey what each was ``told`` while that is fresh."""
-        commands, when = told
+    def go_on(self, row, goal):
+        """Let the thrusters of boat ``row`` obey the last commands, ``goal``, while these are fresh."""
+        commands, when = goal
         fresh = self.world.time - when <= TIMEOUT
         if fresh.any():
             efforts = drive(*np.where(fresh, commands, 0.0))

@@ -34,6 +34,7 @@ from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.ros_side.inbox import _from_state
 from mrs_simulator.rqt_plugin.run.history import History
+from mrs_simulator.rqt_plugin.widgets import colours
 from mrs_simulator.rqt_plugin.widgets.colours import shade as team_shade
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
@@ -933,3 +934,31 @@ def test_heights_cover_no_numbers(view, monkeypatch):
             across, down = np.abs(texts["1.0 m"] - texts[2])
             assert down >= 0.7 * view.fontMetrics().height() or across >= 10
     assert "1.0 m" in texts
+
+
+@pytest.mark.parametrize("count", [7, 8, 12, 20, 100])
+def test_trails_of_robots_of_one_colour_differ_in_their_dashes(count):
+    numbers = np.arange(1, count + 1)
+    looks = list(zip(colours.places(numbers, count), colours.dash_places(numbers, count)))
+    if count <= 12:
+        assert len(set(looks)) == count
+    assert all(looks[row][1] != looks[row - 1][1] for row in range(1, count) if count > 12)
+    if count <= 7:
+        assert set(colours.dash_places(numbers, count)) == {0}
+
+
+def test_the_dashes_of_trails_are_those_of_their_robots(view, monkeypatch):
+    drawn = {}
+    original = map_ground.TrailPainter._pen
+
+    def recorded(self, row):
+        pen = drawn[row] = original(self, row)
+        return pen
+
+    monkeypatch.setattr(map_ground.TrailPainter, "_pen", recorded)
+    poses = team(20)
+    for step in range(6):
+        view.show_snapshot(snapshot(0.1 * step, poses + (0.2 * step, 0.0, 0.0)))
+        view.repaint()
+    dashes = [tuple(drawn[row].dashPattern()) for row in range(20)]
+    assert set(dashes) == set(map_ground.DASHES) and dashes[0] != dashes[1] == dashes[5]

@@ -28,13 +28,13 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     thinned_together,
 )
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor
-from mrs_simulator.rqt_plugin.widgets.colours import places, shade, shades
+from mrs_simulator.rqt_plugin.widgets.colours import dash_places, places, shade, shades
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND
 
 MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
 MOST_LABELLED = 40
-DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # for robots of one colour
+DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # besides colours
 DPI = 96
 
 
@@ -65,14 +65,11 @@ class CurvesPlot:
 
     def styles(self, shown, numbers):
         """Return how to draw each of the robots ``shown`` of the team ``numbers``."""
-        if len(shown) <= MOST_IN_LEGEND:
-            colours = [self._shade(number, max(numbers)) for number in shown]
-            dashes = [DASHES[colours[:row].count(c) % len(DASHES)] for row, c in enumerate(colours)]
-            width = 1.3 * self._width
-            return [{"color": c, "ls": ls, "lw": width} for c, ls in zip(colours, dashes)]
-        width = 0.8 if len(shown) <= MOST_LABELLED else 0.5
+        width = 1.3 if len(shown) <= MOST_IN_LEGEND else 0.8 if len(shown) <= MOST_LABELLED else 0.5
         colours = [self._shade(number, max(numbers)) for number in shown]
-        return [{"color": c, "lw": width * self._width} for c in colours]
+        dashes = [DASHES[place] for place in dash_places(shown, max(numbers)).tolist()]
+        styles = zip(colours, dashes)
+        return [{"color": c, "ls": dash, "lw": width * self._width} for c, dash in styles]
 
     def error_styles(self):
         """Return how to draw the error of the run, and that of theory."""

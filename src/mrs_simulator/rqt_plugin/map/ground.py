@@ -12,9 +12,11 @@ from mrs_simulator.rqt_plugin.map.style import mixed, polygon
 from mrs_simulator.rqt_plugin.map.trails import TRAIL_PIXELS
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter, QPen, QPixmap
+from mrs_simulator.rqt_plugin.widgets.colours import dash_places
 
 MANY_TRAILS = 120  # [-] in view; beyond, they are thin and not dashed
-DASHES = (5.0, 3.0)  # [-] of a trail, in widths of its line
+# [-] of trails, in widths of their lines.
+DASHES = (5.0, 3.0), (9.0, 3.0, 2.0, 3.0), (2.0, 2.0), (16.0, 3.0)
 
 
 class Ground:
@@ -73,6 +75,7 @@ class TrailPainter:
     def begin(self, painter, style, frame, trails, now, numbers, hidden):
         """Draw the trails of all robots but the ``hidden`` ones, on to where they are ``now``."""
         self._places = style.places(numbers).tolist()
+        self._dashes = dash_places(numbers, style.count).tolist()
         shown = np.array([number not in hidden for number in numbers], dtype=bool)
         self._shown = shown & (trails.count > 0)
         rows = [row for row in trails.in_view(frame).tolist() if self._shown[row]]
@@ -98,7 +101,7 @@ class TrailPainter:
         self._lengths[row] = lengths[-1]
         for begin, end in _parts_in_view(frame, line):
             if begin:  # the dashes stay where they are when the view moves
-                pen.setDashOffset(lengths[begin - 1] / pen.widthF() % sum(DASHES))
+                pen.setDashOffset(lengths[begin - 1] / pen.widthF() % sum(pen.dashPattern()))
             painter.setPen(pen)
             painter.drawPolyline(polygon(line[begin:end]))
 
@@ -108,12 +111,14 @@ class TrailPainter:
             return [QPen(mixed(style.base, shade, 0.6), 1) for shade in style.shades]
         pens = [QPen(shade, 1.4 * style.unit) for shade in style.shades]
         for pen in pens:
-            pen.setDashPattern(DASHES)
             pen.setCapStyle(Qt.FlatCap)
         return pens
 
     def _pen(self, row):
-        return QPen(self._pens[self._places[row]])
+        pen = QPen(self._pens[self._places[row]])
+        if not self._many:
+            pen.setDashPattern(DASHES[self._dashes[row]])
+        return pen
 
     def go_on(self, painter, style, frame, now):
         """Continue the trails to where the robots are ``now`` (n, 2), if that is to be seen."""
@@ -129,7 +134,7 @@ class TrailPainter:
         for row, line in zip(rows[inside].tolist(), lines[inside].tolist()):
             pen = self._pen(row)
             if not self._many:
-                pen.setDashOffset(self._lengths[row] / pen.widthF() % sum(DASHES))
+                pen.setDashOffset(self._lengths[row] / pen.widthF() % sum(pen.dashPattern()))
             painter.setPen(pen)
             painter.drawLine(QLineF(*line))
         painter.setRenderHint(QPainter.Antialiasing, True)

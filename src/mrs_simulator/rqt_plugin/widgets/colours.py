@@ -8,6 +8,7 @@ from matplotlib.cm import viridis
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND, PALETTE
 
+DASHES = 4  # [-] patterns of lines that distinguish robots besides their colours
 STEPS = 24  # [-] distinct colours of a team with more than ``MOST_IN_LEGEND`` robots
 # Of viridis: without the pale end, which is too faint on white, or the dark one.
 ON_LIGHT, ON_DARK = (0.0, 0.92), (0.3, 1.0)
@@ -53,6 +54,15 @@ def places(numbers, count):
         return (numbers - 1) % len(PALETTE)
     steps = (numbers - 1) * (STEPS - 1) / max(1, count - 1)
     return np.clip(np.round(steps).astype(int), 0, STEPS - 1)
+
+
+def dash_places(numbers, count):
+    """Return which of ``DASHES`` patterns, from 0 on, ``numbers`` of a team of ``count`` robots have.
+
+    Those of robots of one colour differ, and in a large team those of neighbours, whose colours are alike.
+    """
+    each = len(PALETTE) if count <= MOST_IN_LEGEND else 1
+    return (np.asarray(numbers, dtype=int).reshape(-1) - 1) // each % DASHES
 
 
 def shade(number, count, ground):

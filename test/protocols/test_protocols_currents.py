@@ -5,6 +5,7 @@ import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.protocols.currents import equations as laws
 from mrs_simulator.protocols.currents.law import LineOfSight, StationKeeping
 from mrs_simulator.protocols.gathering.equations import inside
@@ -33,12 +34,12 @@ def test_an_integral_is_not_wound_up():
 def test_the_current_leaves_its_share_of_the_anchor():
     laplacian = PAIR.laplacian()
     alike = np.array([[0.2, 0.1]] * 2)
-    np.testing.assert_allclose(laws.steady_offset(laplacian, 0.3, 0.1, 0.0, alike), 10.0 * alike)
+    pull = 0.3 * laplacian + 0.1 * np.eye(2)
+    np.testing.assert_allclose(linear_theorem(pull, alike).offset, 10.0 * alike)
     # One is carried, the other is on land: (0.3 L + 0.1 I) e = (0.2, 0) gives 4/7 of V/anchor, and 3/7.
     one = np.array([[0.2, 0.0], [0.0, 0.0]])
-    rest = laws.steady_offset(laplacian, 0.3, 0.1, 0.0, one)
+    rest = linear_theorem(pull, one).offset
     np.testing.assert_allclose(rest[:, 0], [8.0 / 7.0, 6.0 / 7.0])
-    assert not laws.steady_offset(laplacian, 0.3, 0.1, 0.01, one).any()
 
 
 def test_a_line_of_sight_aims_ahead():
@@ -156,3 +157,20 @@ def test_points_are_in_a_polygon_with_corners_turned_inwards():
 def test_what_no_polygon_is_to_be_covered(polygon):
     with pytest.raises(ValueError, match="polygon|waypoints"):
         make_control(shipped("coverage_bay", {"polygon": polygon}))
+
+
+@pytest.mark.parametrize(
+    "name", ["station_keeping_integral", "line_of_sight", "second_order_consensus"]
+)
+def test_a_run_that_is_judged_from_later_on_is_predicted_with_its_memory(name):
+    scenario = shipped(name)
+    control, points = make_control(scenario), np.array(scenario.poses)[:, :2]
+    law, period, commands = control.published(), control.period, 40
+    later = period * np.array([0.0, 5.5, 60.0])
+    whole = control.prediction(points, commands * period + later)
+    memory = law.begin(points)
+    for command in range(commands):
+        u, memory = law.velocity(points, command * period, memory)
+        points = points + period * (u + control.carried)
+    rest = control.resumed(commands * period, memory).prediction(points, later)
+    np.testing.assert_allclose(rest, whole, atol=1e-9)

@@ -28,7 +28,7 @@ from mrs_simulator.protocols.consensus.equations import (
 )
 from mrs_simulator.protocols.consensus.law import AT_LIMIT, GAIN, keeps_weighted_mean
 from mrs_simulator.protocols.consensus.published import Delayed, SecondOrder
-from mrs_simulator.protocols.published.laws import exact_motion, weights_of
+from mrs_simulator.protocols.published.laws import Resumed, exact_motion, weights_of
 
 TAU = Parameter(
     "tau",
@@ -81,7 +81,30 @@ class Remembering(PioneerControl):
         raise NotImplementedError
 
 
-class DelayedConsensus(Remembering):
+class Solved(Remembering):
+    """A protocol that remembers and whose exact solution is that of its published law."""
+
+    _begun = None  # memory of the published law with which the run that is judged begins, if known
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
+        law = self.published()
+        law = law if self._begun is None else Resumed(law, 0.0, self._begun)
+        motion = exact_motion(law, start, self.period, time, drift=self.carried)
+        return motion and motion[0]
+
+
+class Resumable(Solved):
+    """Such a protocol whose claims hold from any memory on."""
+
+    def resumed(self, time, memory):
+        """Return the law that begins with the published law's ``memory``."""
+        rest = copy.copy(self)
+        rest._begun = memory
+        return rest
+
+
+class DelayedConsensus(Solved):
     """``u_i(t) = gain sum_j a_ij (p_j - p_i)(t - tau)``: Olfati-Saber and Murray, 2004.
 
     Before the start all robots stood where they are.
@@ -137,11 +160,6 @@ class DelayedConsensus(Remembering):
             decays_as(self.prediction, disagreement),
         ]
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        motion = exact_motion(self.published(), start, self.period, time)
-        return motion and motion[0]
-
     def stability(self, start):
         """Return how far tau, not rounded, is from ``pi/(2 gain lambda_max)``."""
         if self.links.faults or self.gain <= 0.0:
@@ -150,7 +168,7 @@ class DelayedConsensus(Remembering):
         return Stability(r"$\tau = \pi/(2\kappa\lambda_{\max})$", margin)
 
 
-class SecondOrderConsensus(Remembering):
+class SecondOrderConsensus(Resumable):
     """``v_i' = sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``: Ren and Atkins, 2007.
 
     The robots are commanded the velocities v.  These begin at random, up to ``push`` along each axis.
@@ -168,22 +186,14 @@ class SecondOrderConsensus(Remembering):
         first = self.push * (2.0 * draw - 1.0)
         return SecondOrder(weights_of(self.topology), self.g, first, self.period)
 
-    _first = None  # [m/s] velocities that are known, of a run that begins in motion
-
-    def resumed(self, time, memory):
-        """Return the law that begins with the velocities in ``memory`` (n, d) [m/s]."""
-        rest = copy.copy(self)
-        rest._first = memory
-        return rest
-
     def begin(self, hand):
         """Draw the initial velocities."""
         self._velocity = self.initial_velocities()
 
     def initial_velocities(self):
         """Return v(0), (n, d) [m/s]."""
-        if self._first is not None:
-            return self._first
+        if self._begun is not None:
+            return self._begun
         size = len(self.numbers), self.dimension
         return self.push * np.random.default_rng(self.seed).uniform(-1.0, 1.0, size)
 
@@ -230,8 +240,3 @@ class SecondOrderConsensus(Remembering):
         elapsed = run.time[-1] - run.time[0]
         place = weights @ run.hand[0] + elapsed * (weights @ self.initial_velocities())
         return float(np.linalg.norm(run.hand[-1] - place, axis=1).max())
-
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
-        motion = exact_motion(self.published(), start, self.period, time)
-        return motion and motion[0]

@@ -23,11 +23,11 @@ from mrs_simulator.protocols.common import (
 )
 from mrs_simulator.protocols.consensus.equations import switching_consensus
 from mrs_simulator.protocols.consensus.law import GAIN, never_grows
-from mrs_simulator.protocols.consensus.memory import SEED, Remembering
+from mrs_simulator.protocols.consensus.memory import SEED, Solved
 from mrs_simulator.protocols.consensus.over_links import Linear
 from mrs_simulator.protocols.consensus.over_links_equations import agreement
 from mrs_simulator.protocols.consensus.published import Switching
-from mrs_simulator.protocols.published.laws import exact_motion, weights_of
+from mrs_simulator.protocols.published.laws import weights_of
 from mrs_simulator.scenario.network import links
 
 SETS = Parameter(
@@ -61,7 +61,7 @@ SYMMETRIC = Parameter(
 )
 
 
-class SwitchingConsensus(Remembering):
+class SwitchingConsensus(Solved):
     """``u_i = gain sum_j a_ij(t) (p_j - p_i)``: Jadbabaie, Lin, Morse, 2003; Moreau, 2005.
 
     The edges of the topology are dealt out to ``sets`` that are up in turn for ``dwell`` each; of
@@ -136,11 +136,6 @@ class SwitchingConsensus(Remembering):
         modulus, weights = agreement(law.round(), len(start))
         limit = converges_to(weights @ start, AGREED, "distance from the limit [m]", free=True)
         return [limit] + ([decays_as(law.track, disagreement)] if modulus > ZERO else [])
-
-    def prediction(self, start, time):
-        """Return the exact solution under the losses of this seed, (m, n, d) [m]."""
-        motion = exact_motion(self.published(), start, self.period, time)
-        return motion and motion[0]
 
     def _without_losses(self, start):
         places, turns = np.zeros_like(start), links.Links(switching=self._switching)

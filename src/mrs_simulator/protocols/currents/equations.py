@@ -24,26 +24,6 @@ def integrated(integral, error, period, most):
     return fresh * np.minimum(1.0, most / np.maximum(size, 1e-300))[:, np.newaxis]
 
 
-def held_loop(laplacian, gain, anchor, reset, period):
-    """Return the matrix that takes errors and integrals (2n,) from one command to the next,
-
-    e+ = e - T (gain L + anchor I) e - T reset z,      z+ = z + T e,      T = ``period`` [s].
-    """
-    eye = np.eye(len(laplacian))
-    pull = gain * laplacian + anchor * eye
-    return np.block([[eye - period * pull, -period * reset * eye], [period * eye, eye]])
-
-
-def steady_offset(laplacian, gain, anchor, reset, drift):
-    """Return where robots that ``drift`` (n, d) [m/s] rest beside their stations, (n, d) [m].
-
-    ``(gain L + anchor I)^-1 drift``, V/anchor where all are carried alike; with integral action 0.
-    """
-    if reset > 0.0:
-        return np.zeros_like(drift)
-    return np.linalg.solve(gain * laplacian + anchor * np.eye(len(laplacian)), drift)
-
-
 def line_of_sight(across, integral, ahead, sigma):
     """Return the direction of travel (n, 2) [-] in the path's frame, along and across it.
 

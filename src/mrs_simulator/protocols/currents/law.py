@@ -1,14 +1,13 @@
 """Laws for robots that a current carries, with what theory claims of their runs."""
 
-import copy
-
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, distance_to, rate
 from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.core.spectra import left_null_vector
-from mrs_simulator.protocols.common import all_hold, below, held_track, spanning_tree
-from mrs_simulator.protocols.consensus.memory import Remembering
+from mrs_simulator.protocols.common import all_hold, below, spanning_tree
+from mrs_simulator.protocols.consensus.memory import Resumable
 from mrs_simulator.protocols.currents import equations as laws
 from mrs_simulator.protocols.currents import published
 from mrs_simulator.protocols.published.laws import weights_of
@@ -28,7 +27,24 @@ MOST = Parameter(
 )
 
 
-class StationKeeping(Remembering, Shaped):
+class Integrating(Resumable, Shaped):
+    """A law of the plane with an integral, in a current."""
+
+    DIMENSIONS = (2,)
+    MEMORYLESS = False
+    IN_CURRENT = True
+
+    def begin(self, hand):
+        """Begin without anything integrated."""
+        self._integral = 0.0
+
+    def law(self, hand):
+        """Return the velocities (n, 2) [m/s]."""
+        u, self._integral = self._next(hand, self._integral)
+        return u
+
+
+class StationKeeping(Integrating):
     """``u_i = gain sum_j a_ij (e_j - e_i) - anchor e_i - integral z_i``, ``z_i' = e_i``, on stations.
 
     ``e_i`` is the error from the robot's station, its place in a shape about (x, y).  A current that
@@ -49,10 +65,6 @@ class StationKeeping(Remembering, Shaped):
         SIZE,
         *PLACE,
     )
-    DIMENSIONS = (2,)
-    MEMORYLESS = False
-    IN_CURRENT = True
-    _begun = None  # [m s] the integral with which the run that is judged begins
 
     def published(self):
         """Return the law as published."""
@@ -61,12 +73,6 @@ class StationKeeping(Remembering, Shaped):
         gains = self.gain, self.anchor, self.integral
         return published.StationKeeping(weights, gains, self.most, stations, self.period)
 
-    def resumed(self, time, memory):
-        """Return the law with the integral that it has then."""
-        rest = copy.copy(self)
-        rest._begun = memory
-        return rest
-
     def stations(self):
         """Return where the robots are wanted, (n, 2) [m]."""
         return self.places() + [self.x, self.y]
@@ -74,15 +80,6 @@ class StationKeeping(Remembering, Shaped):
     def targets(self, hand):
         """Return where the robots are wanted, (n, 2) [m]; None for a formation that drifts."""
         return self.stations() if self.anchor > 0.0 else None
-
-    def begin(self, hand):
-        """Begin without anything integrated."""
-        self._integral = np.zeros_like(hand)
-
-    def law(self, hand):
-        """Return the velocities (n, 2) [m/s]."""
-        u, self._integral = self._next(hand, self._integral)
-        return u
 
     def _next(self, hand, integral):
         error = hand - self.stations()
@@ -98,46 +95,30 @@ class StationKeeping(Remembering, Shaped):
 
     def claims(self, start):
         """Return the offset that is left, and how fast the rest decays."""
-        conditions = [
-            below(
-                "largest eigenvalue of the held loop < 1 [-]",
-                float(np.abs(self._eigenvalues()).max()),
-                1.0,
-                necessary=True,
-            )
-        ]
         if self.anchor <= 0.0:
             return self._drifting()
+        theorem = self._theorem()
+        largest = float(np.abs(1.0 - self.period * theorem.eigenvalues).max())
+        name = "largest eigenvalue of the held loop < 1 [-]"
+        conditions = [below(name, largest, 1.0, necessary=True)]
         if self.integral > 0.0:
             fastest = float(np.linalg.norm(self.carried, axis=1).max())
             conditions.append(below("current < most [m/s]", fastest, self.most, necessary=True))
         if not all_hold(conditions):
             return conditions
-        return conditions + without_rates(self._stationary(), self.fidelity)
+        return conditions + without_rates(self._stationary(theorem, largest), self.fidelity)
 
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
-        return held_track(self._commanded(start), time, self.period)
+    def _theorem(self):
+        """Return the ``LinearTheorem`` of errors and, if any, integrals: ``z' = e``."""
+        eye, drift = np.eye(len(self.numbers)), self.carried
+        pull = self.gain * self.topology.laplacian() + self.anchor * eye
+        if self.integral == 0.0:
+            return linear_theorem(pull, drift)
+        matrix = np.block([[pull, self.integral * eye], [-eye, 0.0 * eye]])
+        return linear_theorem(matrix, np.concatenate([drift, 0.0 * drift]))
 
-    def _commanded(self, points):
-        """Yield the points (n, 2) at each command."""
-        integral = np.zeros_like(points) if self._begun is None else self._begun
-        while True:
-            yield points
-            u, integral = self._next(points, integral)
-            points = points + self.period * (u + self.carried)
-
-    def _eigenvalues(self):
-        loop = laws.held_loop(
-            self.topology.laplacian(), self.gain, self.anchor, self.integral, self.period
-        )
-        n = len(self.numbers)
-        return np.linalg.eigvals(loop if self.integral > 0.0 else loop[:n, :n])
-
-    def _stationary(self):
-        offset = laws.steady_offset(
-            self.topology.laplacian(), self.gain, self.anchor, self.integral, self.carried
-        )
+    def _stationary(self, theorem, largest):
+        offset = theorem.offset[: len(self.numbers)]
         rest = self.stations() + offset
         claims = [
             Claim(
@@ -156,7 +137,7 @@ class StationKeeping(Remembering, Shaped):
         ]
         if self.integral > 0.0:
             return claims
-        slowest = float(-np.log(np.abs(self._eigenvalues()).max()) / self.period)
+        slowest = -np.log(largest) / self.period
         return claims + [rate(slowest, distance_to(rest), self.tolerance.rate)]
 
     def _drifting(self):
@@ -187,7 +168,7 @@ class StationKeeping(Remembering, Shaped):
         ]
 
 
-class LineOfSight(Remembering, Shaped):
+class LineOfSight(Integrating):
     """Each robot follows a line of its own at a constant speed, aiming ``ahead`` of itself on the line.
 
     ``u = U (ahead, -(e + sigma z))/|...|`` in the path's frame, e the cross-track error.  Across a current
@@ -208,10 +189,6 @@ class LineOfSight(Remembering, Shaped):
         SIZE,
         *PLACE,
     )  # fmt: skip
-    DIMENSIONS = (2,)
-    MEMORYLESS = False
-    IN_CURRENT = True
-    _begun = None  # [m] the integrals with which the run that is judged begins
 
     def published(self):
         """Return the law as published."""
@@ -219,21 +196,6 @@ class LineOfSight(Remembering, Shaped):
         return published.LineOfSight(
             self.published_places(), (self.x, self.y), numbers, self.period
         )
-
-    def resumed(self, time, memory):
-        """Return the law with the integral that it has then."""
-        rest = copy.copy(self)
-        rest._begun = memory
-        return rest
-
-    def begin(self, hand):
-        """Begin without anything integrated."""
-        self._integral = np.zeros(len(hand))
-
-    def law(self, hand):
-        """Return the velocities (n, 2) [m/s]."""
-        u, self._integral = self._next(hand, self._integral)
-        return u
 
     def _axes(self):
         """Return the unit vectors along the lines and to their left, (2, 2), one in each row."""
@@ -292,15 +254,3 @@ class LineOfSight(Remembering, Shaped):
             error = lambda hand: np.linalg.norm(self.across(hand) - rest, axis=-1)  # noqa: E731
             claims.append(rate(slowest, error, allowed.rate))
         return conditions + without_rates(claims, self.fidelity)
-
-    def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
-        return held_track(self._commanded(start), time, self.period)
-
-    def _commanded(self, points):
-        """Yield the points (n, 2) at each command."""
-        integral = np.zeros(len(points)) if self._begun is None else self._begun
-        while True:
-            yield points
-            u, integral = self._next(points, integral)
-            points = points + self.period * (u + self.carried)

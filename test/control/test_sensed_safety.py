@@ -135,7 +135,7 @@ def warned(range_=3.0, rate=20.0, **control):
     seer = {"type": "range_bearing", "range": range_, "rate": rate}
     plain = dict(scenario.control.to_plain(), **control)
     changed = scenario.changed(control=plain, sensors=[{"mounts": {"neighbours": seer}}])
-    return make_control(changed).safety_filter.warnings
+    return make_control(changed).foreseen
 
 
 def test_sensors_that_reach_too_short_or_read_too_slowly_are_warned_of_before_the_run():
@@ -156,17 +156,14 @@ def test_what_is_outside_of_the_promise_is_warned_of_before_the_run():
     cart = {"type": "box", "name": "cart", "center": [9.0, 9.0], "size": [0.8, 0.5]}
     cart["track"] = {"to": [[9.0, -9.0]], "speed": 0.2}
     scenario = shipped("formation_safely", duration=1.0)
-    assert make_control(scenario).safety_filter.warnings == []
-    (text,) = Experiment(scenario.changed(obstacles=[cart])).control.safety_filter.warnings
+    assert make_control(scenario).foreseen == []
+    (text,) = Experiment(scenario.changed(obstacles=[cart])).control.foreseen
     assert "obstacles that move, cart, at up to 0.2 m/s" in text and "docs/safety.md" in text
     assert text in Experiment(scenario.changed(obstacles=[cart])).warnings
-    (text,) = make_control(scenario.changed(mismatch={"speed": 1.2})).safety_filter.warnings
+    (text,) = make_control(scenario.changed(mismatch={"speed": 1.2})).foreseen
     assert "because of the mismatch" in text
     unfiltered = dict(scenario.control.to_plain(), safety=False)
-    assert (
-        make_control(scenario.changed(obstacles=[cart], control=unfiltered)).safety_filter.warnings
-        == []
-    )
+    assert make_control(scenario.changed(obstacles=[cart], control=unfiltered)).foreseen == []
 
 
 def test_what_comes_after_the_filter_begins_with_a_command():

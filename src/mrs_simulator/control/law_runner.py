@@ -29,6 +29,7 @@ class LawRunner:
         """``control``: the ``PioneerControl`` whose law it is."""
         self._control = control
         self.network = None  # ``Network`` of edges with faults
+        self.warnings = []  # texts: what the law's commands may do to these robots
         self.heights = None  # (n) [m] of robots that leave the ground
         self._sensed = None  # the readings that came last
         self._unlimited = None  # (n, d) [m/s] wanted by the law before limits

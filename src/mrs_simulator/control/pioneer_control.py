@@ -117,6 +117,11 @@ class PioneerControl(LawHooks):
         return self.runner.wanted_commands(pose)
 
     @property
+    def foreseen(self):
+        """Return what is known of the scenario before the run that may go wrong, a list of texts."""
+        return [*self.safety_filter.warnings, *self.runner.warnings]
+
+    @property
     def dimension(self):
         """Return d, how many coordinates the controlled points have: 2 on the ground."""
         return self.team.dimension

@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.distances import body_radii
 from mrs_simulator.control.safety.unkept import unkept
+from mrs_simulator.control.swinging import swings
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.protocols.loading import (
     OWN_INIT,
@@ -33,6 +34,7 @@ def make_control(scenario, protocol=None):
         control = _made(protocol, construction)
         control._keep(_environment=scenario.environment, obstacles=tuple(obstacles_of(scenario)))
         control.safety_filter.warnings = unkept(scenario, control)
+        control.runner.warnings = swings(control)
         if hasattr(control, "carry"):
             call(control.carry, scenario.load)
         return control

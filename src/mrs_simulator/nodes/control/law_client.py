@@ -58,7 +58,7 @@ class LawService:
         self._control.safety_filter.begin_scene(begun)
         self._control.start()
         return [
-            *self._control.safety_filter.warnings,
+            *self._control.foreseen,
             *texts_of(self._control.warnings(pose), "warnings()"),
         ]
 

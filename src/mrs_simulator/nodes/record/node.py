@@ -208,7 +208,7 @@ class RunRecorder:
         if not self.source.PACED:
             meta["warnings"] += self.scenario.warnings()
         if self.control is not None:
-            meta["warnings"] += self.control.safety_filter.warnings
+            meta["warnings"] += self.control.foreseen
             meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings() + missing + self.source.warnings()

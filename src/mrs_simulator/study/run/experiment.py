@@ -79,7 +79,7 @@ class Experiment:
         self.collisions, self.incidents = [], []
         self.warnings = scenario.warnings() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
-        self.warnings += self.control.safety_filter.warnings + self._warned()
+        self.warnings += self.control.foreseen + self._warned()
 
     def _warned(self):
         """Return the law's warnings; that it raised is one, too, and costs no run."""

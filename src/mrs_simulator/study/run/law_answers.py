@@ -52,7 +52,7 @@ def facts(scenario):
     start = control.points(scenario.starts)
     targets = control.targets(start)
     texts = texts_of(control.warnings(scenario.starts), "warnings()")
-    texts += control.safety_filter.warnings
+    texts += control.foreseen
     texts += meetings_ahead(control, scenario)
     _predicted_error(control, start, np.zeros(1))
     return Facts(

@@ -74,7 +74,7 @@ def _can_be_asked(control, run):
     """Return whether places of few robots alone decide on commands, which are of unicycles or points."""
     if run.scenario is None or control.SENSORS or control.links.faults:
         return False
-    plain = control.team.is_of_unicycles or not control._gives_twists
+    plain = control.team.is_of_unicycles or not control.runner.gives_twists
     return plain and len(control.numbers) <= MOST_ROBOTS
 
 

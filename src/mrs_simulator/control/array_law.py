@@ -87,7 +87,7 @@ def has_form(control):
 
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """
-    return hasattr(type(control).pointMassLaw, "form") and _is_bare(control)
+    return hasattr(getattr(type(control), "pointMassLaw", None), "form") and _is_bare(control)
 
 
 def _is_bare(control):

@@ -11,13 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, fontManager
-from matplotlib.ticker import (
-    FuncFormatter,
-    LogFormatterMathtext,
-    MaxNLocator,
-    NullFormatter,
-    ScalarFormatter,
-)
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from mrs_simulator.rqt_plugin.curves.quantities import (
     ERROR,
@@ -30,12 +24,14 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor
 from mrs_simulator.rqt_plugin.widgets.colours import dash_places, places, shade, shades
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND
+from mrs_simulator.study.draw.log_ticks import label_log
 
 MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # besides colours
 DPI = 96
+POWER = 2.4  # [em] width of a power of ten
 
 
 @functools.lru_cache(maxsize=8)
@@ -140,6 +136,7 @@ class CurvesPlot:
         axes.text(0.5, 0.5, message, ha="center", transform=axes.transAxes, **look)
         if self._index == ERROR:
             axes.set_yscale("log")
+            label_log(axes.yaxis)
         else:
             self._number(axes.yaxis, self.figure.bbox.height / (2.6 * em), False)
         self._number(axes.xaxis, self.figure.bbox.width / (4.5 * em), True)
@@ -238,29 +235,16 @@ class CurvesPlot:
         self._bundle.set_segments(points)
         return [(time, row) for row in values]
 
-    def _log_ticks(self):
-        """Write powers of ten, or plain numbers within a decade; return their width [em]."""
-        axis, (low, high) = self.axes.yaxis, self.axes.get_ylim()
-        if high > 10.0 * low:
-            axis.set_major_formatter(LogFormatterMathtext())
-            axis.set_minor_formatter(NullFormatter())
-            return 2.4
-        plain = FuncFormatter(lambda value, _: "{:.6g}".format(value))
-        axis.set_major_formatter(plain)
-        axis.set_minor_formatter(plain)
-        return self._widest(axis)
-
     def _widest(self, axis):
         """Return the width [em] of the labels at the ticks of ``axis``."""
-        places = np.concatenate([axis.get_majorticklocs(), axis.get_minorticklocs()])
-        texts = axis.get_major_formatter().format_ticks(places)
-        return 0.52 * max([len(text) for text in texts] + [1])
+        texts = axis.get_major_formatter().format_ticks(axis.get_majorticklocs())
+        return max([POWER if "$" in text else 0.52 * len(text) for text in texts] + [0.52])
 
     def _lay_out(self):
         """Give the axes all the room that their labels leave."""
         em, axes = self.em(), self.axes
         width, height = self.figure.bbox.width, self.figure.bbox.height
-        wide = self._log_ticks() if self._index == ERROR else self._widest(axes.yaxis)
+        wide = self._widest(axes.yaxis)
         left, right = (2.5 + wide) * em, self._side + (1.2 if self._side else 1.5) * em
         low, tall = 3.0 * em / height, max(0.1, 1.0 - (3.0 * em + self._top) / height)
         axes.set_position([left / width, low, max(0.1, 1.0 - (left + right) / width), tall])

@@ -16,6 +16,7 @@ from mrs_simulator.core.writing import printing
 from mrs_simulator.protocols.consensus.mean_square import confidence, mean_square_rate, mean_squares
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.draw.log_ticks import label_log
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment
 
@@ -138,6 +139,7 @@ def _draw_runs(axes, study):
     axes.plot(time, study["mean"], color=MEAN, lw=1.3, label="mean of all runs")
     axes.plot(time, study["expected"], "k--", lw=1.1, label="Theory")
     axes.set_yscale("log")
+    label_log(axes.yaxis)
     axes.set_xlim(time[0], time[-1])
     axes.set_ylim(bottom=max(floor, 0.1 * float(np.median(study["squares"][:, -1]))))
     axes.set_ylabel(r"$|p - \bar p|^2$ [m$^2$]")

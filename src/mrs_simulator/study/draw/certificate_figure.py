@@ -8,6 +8,7 @@ from matplotlib import rcParams
 
 from mrs_simulator.study.draw.canvas import in_style, new_figure, save, settle, styled
 from mrs_simulator.study.draw.figure_parts import thin
+from mrs_simulator.study.draw.log_ticks import label_log
 from mrs_simulator.study.draw.style import Look
 
 CERTIFICATES = "certificates"  # name of the file
@@ -63,6 +64,7 @@ def _draw(axes, curve):
         axes.axhline(curve.bound, color=BOUND, ls=":", lw=1.2, label="Bound")
     if curve.log and np.all(measured > 0.0):
         axes.set_yscale("log")
+        label_log(axes.yaxis)
     if curve.points and curve.predicted_at is not None:
         axes.set_xlim(np.min(curve.predicted_at), np.max(curve.predicted_at))
     elif curve.points:

@@ -6,6 +6,7 @@ import math
 import mmap
 import os
 import sys
+import tempfile
 from array import array
 from typing import NamedTuple
 
@@ -26,7 +27,9 @@ from mrs_simulator.state.layout import STAMPS, basic_layout, layout_in
 from mrs_simulator.state.state_table import StateTable
 
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
-MOST_KEPT = 1 << 29  # [bytes] of numbers
+MOST_KEPT = 1 << 29  # [bytes] of numbers in memory; more are in a file that is mapped
+FREE = 4  # [-] times as much room as that file takes is wanted on its disk
+RELEASED = 1 << 26  # [bytes] of it that are written between two times that its pages are let go
 LONGEST_CAUSE = 200  # [characters] of an error that is quoted
 FACTS = {  # what ``run.json`` may hold besides collisions
     "ended": str,
@@ -133,22 +136,53 @@ class RunError(ValueError):
 
 
 class Kept:
-    """The numbers of a recorder's first samples, in memory that forked processes share."""
+    """The numbers of a recorder's first samples, in memory that forked processes share, or in a file."""
 
-    def __init__(self, robots, layout, samples, memory=None):
-        """Keep ``samples`` of ``robots`` with ``layout``; none if they take over ``MOST_KEPT``.
+    def __init__(self, robots, layout, samples, memory=None, directory=None):
+        """Keep ``samples`` of ``robots`` with ``layout``; beyond ``MOST_KEPT`` in a file, or not at all.
 
-        ``memory``: an ``mmap`` of ``MOST_KEPT`` to keep them in, by default one of their own.
+        ``memory``: an ``mmap`` of ``MOST_KEPT`` to keep them in, by default one of their own;
+        ``directory``: where that file, which has no name, is made, by default nowhere.
         """
         self.given = list(robots), layout, samples
         shape = layout.width, samples, len(self.given[0])
         size = 8 * math.prod(shape)
-        if not 0 < size <= MOST_KEPT:
+        self._mapped, self._written = None, 0
+        if size > MOST_KEPT:
+            self._mapped = memory = _mapped_file(size, directory)
+        if size == 0 or size > MOST_KEPT and memory is None:
             self.table = np.empty((0, shape[2], shape[0]))
             return
         memory = mmap.mmap(-1, size) if memory is None else memory
         table = np.frombuffer(memory, count=size // 8).reshape(shape)
         self.table = np.moveaxis(table, 0, -1)  # (samples, n, numbers), column by column
+
+    @property
+    def is_shared(self):
+        """Return whether the numbers are in the ``memory`` that was given."""
+        return self._mapped is None
+
+    def put(self, rows, numbers):
+        """Keep ``numbers`` (m, n, width) of the samples ``rows``, a slice."""
+        self.table[rows] = numbers
+        self._written += numbers.nbytes
+        if self._written > RELEASED:
+            self.release()
+
+    def release(self):
+        """Let the pages of the file go, which stay on its disk: they count as memory of this process."""
+        self._written = 0
+        if self._mapped is not None:
+            self._mapped.madvise(mmap.MADV_DONTNEED)
+
+    def are_finite(self, samples):
+        """Return whether all numbers of the first ``samples`` are."""
+        step = max(1, RELEASED // max(1, self.table[:1].nbytes))
+        for begin in range(0, samples, step):
+            if not np.isfinite(self.table[begin : min(begin + step, samples)]).all():
+                return False
+            self.release()
+        return True
 
     def run(self, time, scenario, facts):
         """Return the ``Run`` of the first m samples, at ``time`` (m,) [s].
@@ -159,6 +193,22 @@ class Kept:
         kinds = tuple(" ".join(kind.split()) for kind in layout.kinds)
         table = self.table[: len(time)]
         return _run_of(time, np.array(robots), table, layout, kinds, facts, scenario)
+
+
+def _mapped_file(size, directory):
+    """Return an ``mmap`` of ``size`` [bytes] of a new file in ``directory`` that goes with the process.
+
+    None where the system has no such, or too little room: a full disk would end the process.
+    """
+    if directory is None or not hasattr(mmap, "MADV_DONTNEED"):
+        return None
+    disk = os.statvfs(directory)
+    if disk.f_bavail * disk.f_frsize < FREE * size:
+        return None
+    with contextlib.suppress(OSError), tempfile.TemporaryFile(dir=directory) as file:
+        os.posix_fallocate(file.fileno(), 0, size)
+        return mmap.mmap(file.fileno(), size)
+    return None
 
 
 class Recorder:
@@ -177,8 +227,8 @@ class Recorder:
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
         ``layout``: the ``Layout`` of the file, by default poses, points and commands of unicycles.
-        ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, if these are no
-        more than ``MOST_KEPT``; ``memory``: where they are :class:`Kept`.
+        ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, or if these are more
+        than ``MOST_KEPT`` in a file beside ``path``; ``memory``: where they are :class:`Kept`.
         ``run.json`` of an earlier run is removed.  ``warn`` is called with a text when the disk is full,
         and when it has room again: the run continues.
         """
@@ -191,7 +241,9 @@ class Recorder:
         self._hand = self._places.pop("hand")
         self._numbers, self._samples = list(robots), 0
         shape = len(self._numbers), layout.width
-        self.kept = Kept(self._numbers, layout, kept, memory)
+        self.kept = Kept(
+            self._numbers, layout, kept, memory, os.path.dirname(os.path.abspath(path))
+        )
         self._kept = self.kept.table
         self._times = np.empty(len(self._kept))
         # Waiting samples: text and hand points of several at once take half of the time.
@@ -233,7 +285,8 @@ class Recorder:
         room = slice(begin, min(self._samples, len(self._kept)))
         if begin < room.stop:
             kept = room.stop - begin
-            self._times[room], self._kept[room] = self._stamps[:kept], waiting[:kept]
+            self._times[room] = self._stamps[:kept]
+            self.kept.put(room, waiting[:kept])
         self._file.add(*self._lines.texts(self._stamps, waiting))
         self._stamps.clear()
         self._pointless.clear()
@@ -278,7 +331,7 @@ class Recorder:
             self._write_waiting()
         if self._file.lost or not 0 < self._samples <= len(self._kept):
             return False
-        return all(np.isfinite(sample).all() for sample in self._kept[: self._samples])
+        return self.kept.are_finite(self._samples)
 
     def close(self):
         """Finish the file; closing twice does no harm."""

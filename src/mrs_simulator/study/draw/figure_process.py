@@ -49,8 +49,9 @@ class Drawing:
 
     @property
     def is_able(self):
-        """Return whether the recorder holds the run that is to be drawn."""
-        return self._recorder is not None and self._recorder.has_kept_all
+        """Return whether the recorder holds the run that is to be drawn, in :attr:`memory`."""
+        recorder = self._recorder
+        return recorder is not None and recorder.kept.is_shared and recorder.has_kept_all
 
     def figures(self, run, *options):
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""

@@ -19,6 +19,7 @@ STATES = (
     "claims_over_links",
     "published",
     "energy",
+    "prediction",
 )  # methods by which a law states theory
 MOST_ROBOTS = 60  # [-] whose law is asked
 MOST_COMPARED = 20  # [-] samples of a run, at which the law must be as at the probed states

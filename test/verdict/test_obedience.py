@@ -10,6 +10,7 @@ from mrs_simulator.protocols.published.drives import Unicycles
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import perform, run_experiment
+from mrs_simulator.verdict import obedience
 from mrs_simulator.verdict.obedience import _inverses, _velocities, obedience_checks
 from mrs_simulator.verdict.theory import motion
 
@@ -124,3 +125,21 @@ def test_inverses_are_those_of_lapack():
     matrix = half @ np.swapaxes(half, -1, -2) + 0.1 * np.eye(3)
     product = _inverses(matrix) @ matrix
     assert np.abs(product - np.eye(3)).max() < 1e-10
+
+
+@pytest.mark.parametrize("mismatch", [{}, {"speed": [0.9, 1.0, 1.0, 1.1, 1.0, 1.0, 1.0]}])
+def test_robots_are_fitted_in_parts_as_all_at_once(mismatch, monkeypatch, tmp_path):
+    scenario = shipped("paper", duration=12.0, mismatch=mismatch)
+    run, control = perform(scenario, str(tmp_path))
+    sizes = []
+    fitted = obedience._fits_of
+    monkeypatch.setattr(
+        obedience, "_fits_of", lambda *given: sizes.append(given[0].team.n) or fitted(*given)
+    )
+    whole = obedience.fits(control, run)
+    monkeypatch.setattr(obedience, "AT_ONCE", 3 * len(run.time))
+    parts = obedience.fits(control, run)
+    assert sizes == ([7, 7] if mismatch else [7, 3, 3, 1])
+    assert list(parts.names) == list(whole.names) and parts.windows == whole.windows
+    for field in ("obeyed", "spread", "found", "error"):
+        assert np.array_equal(getattr(parts, field), getattr(whole, field)), field

@@ -10,12 +10,17 @@ held to the spread that the kind declares of them, so that what a window cannot 
 standard error.
 """
 
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.robots import are_stated
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
+from mrs_simulator.vehicles.team import Team
 from mrs_simulator.verdict.theory.exact_runs import current_of
 from mrs_simulator.verdict.theory.motion import commanded_ways
 from mrs_simulator.verdict.verdict import Check
@@ -30,6 +35,8 @@ ROUGH = 0.5  # [-] of the change of commands from sample to sample, which slip a
 HARSH = 1.0  # [m/s^2] of a change of commands, beyond which a sample shows nothing: wheels spin
 STEEP = 0.3  # [-] of its ramps together, from which on a robot goes along one
 MOST_COMMANDS = 50000  # [-] that are followed
+AT_ONCE = 200000  # [-] samples of robots, which take 80 MB
+ROBOT_AXES = (("obeyed", 0), ("spread", 0), ("found", 1), ("error", 1))  # of the arrays of ``Fits``
 SHOWN = 3  # [-] robots that are named
 NAMES = (
     "gain of wheels and axes [-]",
@@ -83,6 +90,36 @@ def fits(control, run):
     """Return the :class:`Fits` of ``run``, None where it shows none."""
     if not _can_be_fitted(control, run):
         return None
+    n, size = control.team.n, max(1, AT_ONCE // len(run.time))
+    if size >= n or not _is_separable(control, run):
+        return _fits_of(control, run)
+    rows = (slice(row, row + size) for row in range(0, n, size))
+    parts = [_fits_of(*_part_of(control, run, each)) for each in rows]
+    names = [name for part in parts for name in part.names]
+    joined = (
+        np.concatenate([getattr(part, field) for part in parts], axis=axis)
+        for field, axis in ROBOT_AXES
+    )
+    return Fits(names, windows=parts[0].windows, **dict(zip(dict(ROBOT_AXES), joined)))
+
+
+def _is_separable(control, run):
+    """Return whether each robot can be fitted without the others: all are unicycles without mismatch."""
+    stacks = robots_of(control).stacks and control.dimension == 2
+    return stacks and run.scenario.mismatch == NO_MISMATCH
+
+
+def _part_of(control, run, rows):
+    """Return what :func:`_fits_of` takes, of the robots ``rows``, a slice."""
+    team = Team(control.team.kinds[rows], run.scenario.limits)
+    same = {name: getattr(control, name) for name in ("l", "period", "saturation", "deadband")}
+    part = SimpleNamespace(team=team, dimension=control.dimension, **same)
+    columns = {name: getattr(run, name)[:, rows] for name in ("pose", "hand", "command")}
+    return part, Run(run.time, run.robots[rows], scenario=run.scenario, meta=run.meta, **columns)
+
+
+def _fits_of(control, run):
+    """Return the :class:`Fits` of all robots at once."""
     names, rows = _channels(control.team)
     obeyed = np.array(
         [[_is_asked(kind, name) for name in own] for kind, own in zip(control.team.kinds, names)]

@@ -156,7 +156,7 @@ def test_no_robot_moves_farther_than_bodies_are_told():
 def drive_about(limits):
     poses = np.array([[1.2 * i, 1.3 * j, i + 2.0 * j] for i in range(6) for j in range(5)])
     post = [Cylinder("post", 3.0, 3.25, 0.15, 0.5), Box("crate", 5.4, 0.65, 0.3, 0.3, 0.2, 0.5)]
-    world = World(("pioneer3dx",) * 30, poses, post, limits=limits)
+    world = World(("pioneer3dx",) * 30, poses, obstacles=post, limits=limits)
     draw, track, collisions = np.random.default_rng(3), [], []
     for step in range(400):
         if step % 40 == 0:

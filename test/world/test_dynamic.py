@@ -99,7 +99,7 @@ def test_head_on_robots_stop_each_other_and_are_named():
     "obstacle", [Box("crate", 1.5, 0.0, 0.4, 0.8, 0.8, 0.5), Cylinder("post", 1.2, 0.0, 0.2, 0.5)]
 )
 def test_an_obstacle_stops_a_robot_and_is_named(obstacle):
-    world = World(ONE, [[0.0, 0.0, 0.0]], [obstacle], fidelity="dynamic", limits="top")
+    world = World(ONE, [[0.0, 0.0, 0.0]], obstacles=[obstacle], fidelity="dynamic", limits="top")
     for _ in range(200):
         world.set_commands([0], np.array([[0.4, 0.0]]))
         world.step()

@@ -98,7 +98,7 @@ def test_robots_of_three_drives_push_each_other_and_are_named():
 
 def test_an_obstacle_stops_a_base_that_goes_sideways():
     wall = Box("wall", 0.0, 1.0, 0.0, 2.0, 0.1, 0.5)
-    world = World(("youbot",), [[0.0, 0.0, 0.0]], [wall], fidelity="dynamic")
+    world = World(("youbot",), [[0.0, 0.0, 0.0]], obstacles=[wall], fidelity="dynamic")
     drive(world, [(0.0, 0.5, 0.0)], 3.0)
     assert [each[1:3] for each in world.contacts.take()] == [("robot1", "wall")]
     assert world.pose[0, 1] == pytest.approx(1.0 - 0.05 - 0.18, abs=0.02)

@@ -294,7 +294,7 @@ def test_one_flown_into_a_wall_stops_there_and_over_it_does_not():
 
     wall = Box("wall", 1.0, 0.0, 0.0, 0.1, 4.0, 2.0)
     kinds, places = ("crazyflie2",) * 2, [[0.3, 0.0, 0.0], [0.3, 1.0, 0.0]]
-    world = World(kinds, places, [wall], z=[1.0, 2.3], fidelity="dynamic")
+    world = World(kinds, places, obstacles=[wall], z=[1.0, 2.3], fidelity="dynamic")
     flown(world, 2.0, [0.4, 0.0, 0.0, 0.0])
     found = {(each.first, each.second) for each in world.contacts.take()}
     assert found == {("robot1", "wall")}

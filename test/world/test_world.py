@@ -85,7 +85,9 @@ def test_a_collision_is_told_once_and_blocks_the_way():
 
 
 def test_a_robot_does_not_enter_an_obstacle():
-    world = World(ONE, [[0.0, 0.0, 0.0]], [Box("crate", 1.5, 0.0, 0.0, 1.0, 1.0, 0.5)], limits=None)
+    world = World(
+        ONE, [[0.0, 0.0, 0.0]], obstacles=[Box("crate", 1.5, 0.0, 0.0, 1.0, 1.0, 0.5)], limits=None
+    )
     drive(world, [0.5, 0.0], 4.0)
     assert world.contacts.take()[0][1:3] == ("robot1", "crate")
     assert world.pose[0, 0] <= 1.0 - PIONEER.body.front + 1e-9
@@ -96,7 +98,7 @@ def test_overlapping_robots_are_refused_by_name():
     with pytest.raises(WorldError, match="robot2 and robot3 overlap: centres 0.224 m apart"):
         World(ONE * 3, poses)
     with pytest.raises(WorldError, match="robot1 overlaps obstacle crate"):
-        World(ONE, poses[:1], [Box("crate", 0.3, 0.0, 0.0, 0.2, 0.2, 0.5)])
+        World(ONE, poses[:1], obstacles=[Box("crate", 0.3, 0.0, 0.0, 0.2, 0.2, 0.5)])
     assert World(ONE * 3, poses, fidelity="point_mass").n == 3  # points have no bodies
 
 

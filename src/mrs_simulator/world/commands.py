@@ -16,14 +16,11 @@ AT_REST = [0.0, 0.0, np.nan, np.nan]  # efforts of thrusters that a watchdog has
 class Commands(Part):
     """The commands in force of the robots of a ``team``; after its timeout each robot's is zero."""
 
-    def __init__(self, team, motion, clock, around, timeout=None, steps_per_watch=1,
-                 mismatch=NO_MISMATCH):  # fmt: skip
-        """``around``: the ``Surroundings``; ``timeout`` [s] of simulated time, by default that of each
-        robot's kind, looked at every ``steps_per_watch``; ``mismatch``: how the motion differs from the
-        commands."""
+    def __init__(self, team, motion, clock, settings):
+        """``settings``: the ``WorldSettings``, with watchdogs, and how the motion differs from commands."""
         self._team, self._motion, self._clock = team, motion, clock
-        self._fidelity, self._mirrored = around.fidelity, around.mirrored
-        self._steps_per_watch = steps_per_watch
+        self._fidelity, self._mirrored = settings.fidelity, settings.mirrored
+        self._steps_per_watch, timeout = settings.steps_per_watch, settings.cmd_vel_timeout
         self.timeouts = team.timeouts if timeout is None else np.full(team.n, float(timeout))
         self.shortest_timeout = float(self.timeouts.min())
         self._patience = self.shortest_timeout / clock.step_size - 1.0  # [-] steps, at least
@@ -37,8 +34,8 @@ class Commands(Part):
         self.received = np.full(n, -1)  # the step of the last accepted command, -1 for none
         self._longest_silent = clock.steps  # no commanded robot received its last command before it
         self.mismatch = None
-        if mismatch != NO_MISMATCH:
-            fitting = mismatch.with_robots(n)
+        if settings.mismatch != NO_MISMATCH:
+            fitting = settings.mismatch.with_robots(n)
             self.mismatch = CommandMismatch(fitting, team.axes, n, clock.step_size)
 
     def columns(self):

@@ -14,12 +14,7 @@ import numpy as np
 from mrs_simulator.core.arrays import read_only
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.snapshots import Snapshot
-from mrs_simulator.scenario.scenario import DEFAULT_HAND_LENGTH, ENGINES
-from mrs_simulator.scenario.surroundings.environment import CALM
-from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at
-from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
-from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.vehicles.odometry_rates import odometry_notes
@@ -34,8 +29,9 @@ from mrs_simulator.world.contact.obstacle_tracks import ObstacleTracks
 from mrs_simulator.world.contact.shores import Shore, has_shore, refuse_wheels_in_water
 from mrs_simulator.world.flight.flights import Flights
 from mrs_simulator.world.incidents.faults import Faults
-from mrs_simulator.world.motion.motions import Surroundings, new_motion
+from mrs_simulator.world.motion.motions import new_motion
 from mrs_simulator.world.rendering.camera_renderer import CameraRenderer
+from mrs_simulator.world.settings import WorldSettings, settings_of
 from mrs_simulator.world.wheel_odometry.estimates import Estimates
 
 __all__ = ["EVERY", "World", "WorldError"]
@@ -46,103 +42,29 @@ LONGEST_RISE = 120.0  # [s] of a take-off before the run
 class World:
     """Robots in the plane.  All arrays hold one robot per row."""
 
-    def __init__(
-        self,
-        kinds,
-        poses,
-        obstacles=(),
-        fidelity="kinematic",
-        limits="firmware",
-        step=0.02,
-        cmd_vel_timeout=None,
-        hand_length=DEFAULT_HAND_LENGTH,
-        odometry_kind="world",
-        seed=0,
-        watch_period=0.0,
-        mirrored=(),
-        mismatch=NO_MISMATCH,
-        command_period=0.0,
-        environment=CALM,
-        odometry_rate=None,
-        z=None,
-        counts_wheels=False,
-        odometry_errors=None,
-        events=(),
-        takeoff=False,
-        load=None,
-        engine=ENGINES[0],
-    ):
-        """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
+    def __init__(self, kinds, poses, z=None, settings=None, **changes):
+        """``kinds``: one name per robot, or a ``Team``; ``poses`` (n, 3); ``z`` (n,) [m]: heights at which
+        robots begin, by default 0.
 
-        ``z`` (n,) [m]: heights at which robots begin, by default 0.
-
-        ``limits`` as in ``vehicles.limits.kind_limits``; ``step`` [s]; ``cmd_vel_timeout`` [s] of
-        simulated time, by default that of each robot's kind, looked at every ``watch_period`` [s], 0:
-        at each step.  ``mirrored``: rows of robots that obey no command and are only where ``place``
-        puts them: bodies to the others, never pushed.  ``mismatch``: how they obey
-        commands; ``command_period`` [s] for which one is held, by default ``step``; ``environment``:
-        current, wind and waves; ``odometry_rate`` [Hz] at which ``estimate`` follows the odometry,
-        "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
-        are read beside the odometry; ``odometry_errors``: ``OdometryErrors``, instead of those
-        built in; ``events``: ``scenario.incidents.Event``s by their times; ``takeoff``: whether
-        robots begin on the ground and rise to ``z`` before the run; ``load``: a ``scenario.team.load.Load``
-        that the robots' tools carry; ``engine``: what moves robots on wheels in fidelity
-        dynamic.  Raises ``WorldError``.
+        ``settings``: the :class:`WorldSettings`, by default as these are declared, but for ``changes``,
+        by their names.  Raises ``WorldError``.
         """
-        self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
-        self.fidelity = fidelity
-        self.obstacles = tuple(obstacles)  # as they begin: ``moving_obstacles.obstacles_at``
-        self.clock = Clock(step)
-        self._around = Surroundings(
-            fidelity,
-            self.obstacles,
-            limits,
-            step,
-            self.mirrored,
-            environment,
-            counts_wheels or odometry_kind == "wheel",
-            seed,
-            hand_length,
-            command_period,
-            engine,
-            odometry_errors,
-        )
-        self._watching = cmd_vel_timeout, max(1, int(round(watch_period / step))), mismatch
-        self._odometry = odometry_kind == "wheel", odometry_rate, odometry_errors
-        self._events, self._takeoff, self._given_load = tuple(events), takeoff, load
+        settings = WorldSettings() if settings is None else settings
+        self.settings = settings = settings._replace(**changes).checked()
+        self.mirrored, self.fidelity = settings.mirrored, settings.fidelity
+        self.obstacles = settings.obstacles
+        self.clock = Clock(settings.step)
+        self._takeoff = settings.takeoff
         self.motion = None
         self.set_team(kinds, poses, z)
 
     @classmethod
-    def from_scenario(cls, scenario, **options):
-        """Return the world that ``scenario`` describes; ``options``: others than a scenario has."""
+    def from_scenario(cls, scenario, **changes):
+        """Return the world that ``scenario`` describes, with these ``changes`` of its settings."""
         try:
             team = _team_of(scenario)
-            mounts = fitted_mounts(team, scenario.sensors)
-            return cls(
-                team,
-                scenario.poses,
-                obstacles=obstacles_of(scenario),
-                fidelity=scenario.fidelity,
-                limits=scenario.limits,
-                step=scenario.step,
-                cmd_vel_timeout=scenario.cmd_vel_timeout,
-                hand_length=scenario.hand_length,
-                odometry_kind=scenario.odometry,
-                seed=scenario.seed,
-                mismatch=scenario.mismatch,
-                command_period=1.0 / scenario.control.rate,
-                environment=scenario.environment,
-                odometry_rate=scenario.odometry_rate,
-                z=scenario.altitude,
-                odometry_errors=scenario.odometry_errors,
-                events=scenario.events,
-                takeoff=scenario.takeoff,
-                load=scenario.load,
-                engine=scenario.engine,
-                counts_wheels=checks.count_wheels(mounts, scenario.fidelity),
-                **options,
-            )
+            given = scenario.poses, scenario.altitude, settings_of(scenario, team)
+            return cls(team, *given, **changes)
         except WorldError as error:
             if not scenario.path:
                 raise
@@ -153,18 +75,18 @@ class World:
 
         ``z`` (n,) [m]: their heights, by default 0.
         """
-        team, poses = checks.checked_team(kinds, poses, self._around.limits)
+        team, poses = checks.checked_team(kinds, poses, self.settings.limits)
         z = checks.checked_heights(team, z)
         checks.refuse_mirrored(self.mirrored, team.n)
         if self.fidelity != "point_mass":
             checks.refuse_overlaps(team, poses, obstacles_at(self.obstacles, self.time), z=z)
             refuse_wheels_in_water(team, poses, self.obstacles, self.mirrored)
-        checks.refuse_events(team, self._events, self.fidelity)
-        checks.refuse_uneven_wheels(team, self._around.errors)
-        refuse_load(self._given_load, team, poses, self._around.hand_length)
+        checks.refuse_events(team, self.settings.events, self.fidelity)
+        checks.refuse_uneven_wheels(team, self.settings.odometry_errors)
+        refuse_load(self.settings.load, team, poses, self.settings.hand_length)
         rises = self._takeoff and z is not None
         takeoff, z = (z, np.zeros(team.n)) if rises else (None, z)
-        motion = new_motion(team, poses, z, self._around)
+        motion = new_motion(team, poses, z, self.settings)
         if self.motion is not None:
             self.motion.close()
         self._takeoff = self._takeoff and not rises
@@ -173,19 +95,19 @@ class World:
 
     def _make_parts(self, takeoff):
         """Make what acts in a step; ``takeoff`` (n,) [m] as ``Flights`` has it."""
-        team, motion, clock, around = self.team, self.motion, self.clock, self._around
-        self.commands = Commands(team, motion, clock, around, *self._watching)
-        self.faults = faults = Faults(motion, clock, self._events)
-        self.flights = Flights(team, motion, clock, around, self.commands, faults, takeoff)
-        self.estimates = Estimates(team, motion, clock, around, self._start, *self._odometry)
+        team, motion, clock, given = self.team, self.motion, self.clock, self.settings
+        self.commands = Commands(team, motion, clock, given)
+        self.faults = faults = Faults(motion, clock, given.events)
+        self.flights = Flights(team, motion, clock, given, self.commands, faults, takeoff)
+        self.estimates = Estimates(team, motion, clock, given, self._start)
         self.contacts = Contacts(motion, clock)
         tracks = shore = self.grasps = None
         if any(map(moves, self.obstacles)):
             tracks = ObstacleTracks(motion, clock, self.obstacles)
         if self.fidelity != "point_mass" and has_shore(team, self.obstacles):
-            shore = Shore(team, motion, faults, around)
+            shore = Shore(team, motion, faults, given)
         if team.has_arms:
-            self.grasps = GraspState(team, motion, faults, around.hand_length, self._given_load)
+            self.grasps = GraspState(team, motion, faults, given.hand_length, given.load)
         parts = (self.commands, faults, tracks, self.flights, shore, self.grasps, self.estimates)
         self.parts = [part for part in (*parts, self.contacts) if part is not None]
         self._list_hooks()
@@ -209,7 +131,7 @@ class World:
             z[self.mirrored] = self.motion.z[self.mirrored]
         if len(self.mirrored) and self.fidelity != "point_mass":
             checks.refuse_overlaps(self.team, poses, (), self.mirrored, z)
-        motion = new_motion(self.team, poses, z, self._around)
+        motion = new_motion(self.team, poses, z, self.settings)
         self.motion.close()
         self.motion, refused = motion, self.commands.refused
         self._make_parts(self.flights.takeoff)
@@ -271,7 +193,7 @@ class World:
     @property
     def notes(self):
         """Return notes for users on the rates of this world's odometry, a list of texts."""
-        return odometry_notes(self.team, self._odometry[1], self.step_size)
+        return odometry_notes(self.team, self.settings.odometry_rate, self.step_size)
 
     @property
     def senses(self):

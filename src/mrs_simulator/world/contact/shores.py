@@ -41,11 +41,11 @@ def has_shore(team, obstacles):
 class Shore(Part):
     """Robots on wheels that drive off the land: they stop, obey nothing more, and are reported."""
 
-    def __init__(self, team, motion, faults, around):
-        """``around``: the ``Surroundings``, with its obstacles."""
+    def __init__(self, team, motion, faults, settings):
+        """``settings``: the ``WorldSettings``, with its obstacles."""
         self._team, self._motion, self._faults = team, motion, faults
-        self._land = [each for each in around.obstacles if is_flat(each)]
-        self._mirrored = around.mirrored
+        self._land = [each for each in settings.obstacles if is_flat(each)]
+        self._mirrored = settings.mirrored
         self._wet = np.zeros(team.n, dtype=bool)
 
     def before_step(self, command):

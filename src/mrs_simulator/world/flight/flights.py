@@ -15,13 +15,13 @@ DOWNWARDS = ("falling", "upside down")
 class Flights(Part):
     """Take-offs, landings and motors of the robots that fly."""
 
-    def __init__(self, team, motion, clock, around, commands, faults, takeoff):
-        """``around``: the ``Surroundings``; ``takeoff`` (n,) [m]: heights to which robots rise before the
-        run, None where they do not."""
+    def __init__(self, team, motion, clock, settings, commands, faults, takeoff):
+        """``settings``: the ``WorldSettings``; ``takeoff`` (n,) [m]: heights to which robots rise before
+        the run, None where they do not."""
         self._team, self._motion, self._clock = team, motion, clock
         self._commands, self._faults = commands, faults
-        self._mirrored, self.takeoff = set(around.mirrored.tolist()), takeoff
-        self._have_motors = around.fidelity != "point_mass"
+        self._mirrored, self.takeoff = set(settings.mirrored.tolist()), takeoff
+        self._have_motors = settings.fidelity != "point_mass"
         self._aloft = np.flatnonzero(team.airborne).tolist()
         if not self._aloft:
             self.before_step = None

@@ -1,9 +1,5 @@
 """Choice of a team's motion, by fidelity, medium and engine."""
 
-from typing import Any, NamedTuple
-
-import numpy as np
-
 from mrs_simulator.scenario.scenario import ENGINES, FIDELITIES
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.arms.armed import ArmedForcedMotion, ArmedMotion
@@ -25,67 +21,50 @@ class NoSolver(WorldError):
     page = "docs/without_ros.md"
 
 
-class Surroundings(NamedTuple):
-    """What motions need to know beside the team; as ``World.__init__`` has it."""
-
-    fidelity: str
-    obstacles: tuple  # as they begin
-    limits: Any
-    step: float  # [s]
-    mirrored: np.ndarray  # (k,) rows
-    environment: Any
-    counts_wheels: bool
-    seed: int
-    hand_length: float  # [m]
-    command_period: float  # [s]
-    engine: str = ENGINES[0]  # what moves robots on wheels with forces
-    errors: Any = None  # ``OdometryErrors``, which give the true wheels
-
-
-def new_motion(team, poses, z, around):
+def new_motion(team, poses, z, settings):
     """Return the motion of ``team`` from ``poses`` (n, 3) and heights ``z`` (n,) or None, all at rest.
 
-    ``around``: the ``Surroundings``.  Raises ``WorldError`` where there is no such motion.
+    ``settings``: the ``WorldSettings``.  Raises ``WorldError`` where there is no such motion.
     """
     if team.has_arms:
-        return _armed(team, poses, z, around)
-    if around.fidelity == "point_mass":
-        return _of_points(team, poses, z, around)
-    if around.fidelity == "kinematic":
-        return _kinematic(team, poses, z, around)
-    if around.fidelity == "dynamic":
-        return _dynamic(team, poses, z, around)
+        return _armed(team, poses, z, settings)
+    if settings.fidelity == "point_mass":
+        return _of_points(team, poses, z, settings)
+    if settings.fidelity == "kinematic":
+        return _kinematic(team, poses, z, settings)
+    if settings.fidelity == "dynamic":
+        return _dynamic(team, poses, z, settings)
     text = "fidelity {!r}: wanted one of {}"
-    raise WorldError(text.format(around.fidelity, ", ".join(FIDELITIES)))
+    raise WorldError(text.format(settings.fidelity, ", ".join(FIDELITIES)))
 
 
-def _of_points(team, poses, z, around):
+def _of_points(team, poses, z, settings):
     return PointMassMotion(
         Team(team.kinds, None),
         poses,
-        around.hand_length,
-        around.step,
-        mirrored=around.mirrored,
-        period=around.command_period,
-        environment=around.environment,
+        settings.hand_length,
+        settings.step,
+        mirrored=settings.mirrored,
+        period=settings.command_period,
+        environment=settings.environment,
         z=z,
     )
 
 
-def _kinematic(team, poses, z, around):
-    bodies, more = _bodies(team, poses, around), _moved_through(around)
+def _kinematic(team, poses, z, settings):
+    bodies, more = _bodies(team, poses, settings), _moved_through(settings)
     if team.is_spatial:
         return AirborneMotion(*bodies, **more, z=z)
     return KinematicMotion(*bodies, **more)
 
 
-def _dynamic(team, poses, z, around):
-    bodies, more = _bodies(team, poses, around), _moved_through(around)
+def _dynamic(team, poses, z, settings):
+    bodies, more = _bodies(team, poses, settings), _moved_through(settings)
     media = {group.drive.MEDIUM for group in team.groups}
-    more.update(seed=around.seed, engine=around.engine)
-    if around.engine != ENGINES[0] and "ground" not in media:
+    more.update(seed=settings.seed, engine=settings.engine)
+    if settings.engine != ENGINES[0] and "ground" not in media:
         text = "engine {!r}: no robot stands on wheels; wanted it left out"
-        raise WorldError(text.format(around.engine))
+        raise WorldError(text.format(settings.engine))
     if "air" in media:
         _refuse_forceless(team)
         _need_solver()
@@ -98,36 +77,40 @@ def _dynamic(team, poses, z, around):
         if error.name != "pybullet":
             raise
         raise NoSolver(NO_SOLVER) from None
-    return motion_of(around.engine)(*bodies, mirrored=around.mirrored, errors=around.errors)
+    return motion_of(settings.engine)(
+        *bodies, mirrored=settings.mirrored, errors=settings.odometry_errors
+    )
 
 
-def _armed(team, poses, z, around):
-    _refuse_armed(team, around.fidelity)
-    if around.engine != ENGINES[0] and around.fidelity == "dynamic":
+def _armed(team, poses, z, settings):
+    _refuse_armed(team, settings.fidelity)
+    if settings.engine != ENGINES[0] and settings.fidelity == "dynamic":
         text = "engine {!r}: robots with arms and what they carry; wanted engine {}"
-        raise WorldError(text.format(around.engine, ENGINES[0]))
-    if around.fidelity != "dynamic":
-        return ArmedMotion(team, new_motion(team.bases, poses, z, around), mirrored=around.mirrored)
+        raise WorldError(text.format(settings.engine, ENGINES[0]))
+    if settings.fidelity != "dynamic":
+        return ArmedMotion(
+            team, new_motion(team.bases, poses, z, settings), mirrored=settings.mirrored
+        )
     _need_solver()
     if any(group.drive.MEDIUM != "ground" for group in team.groups):
-        bases = new_motion(team.bases, poses, z, around)
-        return ArmedForcedMotion(team, bases, mirrored=around.mirrored)
+        bases = new_motion(team.bases, poses, z, settings)
+        return ArmedForcedMotion(team, bases, mirrored=settings.mirrored)
     from mrs_simulator.world.arms.dynamic_arms import ArmedDynamicMotion  # pybullet, as above
 
-    more = {"mirrored": around.mirrored, "errors": around.errors}
-    return ArmedDynamicMotion(*_bodies(team, poses, around), **more)
+    more = {"mirrored": settings.mirrored, "errors": settings.odometry_errors}
+    return ArmedDynamicMotion(*_bodies(team, poses, settings), **more)
 
 
-def _bodies(team, poses, around):
-    return team, poses, around.obstacles, around.limits, around.step
+def _bodies(team, poses, settings):
+    return team, poses, settings.obstacles, settings.limits, settings.step
 
 
-def _moved_through(around):
+def _moved_through(settings):
     return {
-        "mirrored": around.mirrored,
-        "encoders": around.counts_wheels,
-        "environment": around.environment,
-        "errors": around.errors,
+        "mirrored": settings.mirrored,
+        "encoders": settings.has_encoders,
+        "environment": settings.environment,
+        "errors": settings.odometry_errors,
     }
 
 

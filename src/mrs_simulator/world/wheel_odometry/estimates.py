@@ -28,17 +28,15 @@ def wheel_odometry(team, fidelity, seed, errors, step):
 class Estimates(Part):
     """Odometry of the robots that a ``motion`` moves: true poses, or those reckoned from their wheels."""
 
-    def __init__(self, team, motion, clock, around, starts, by_wheels, rate, errors):
-        """``around``: the ``Surroundings``; ``starts`` (n, 3): where robots begin.
-
-        ``by_wheels``: whether robots report what they reckon from their wheels, and not their true poses;
-        ``rate`` [Hz] as ``World``'s ``odometry_rate``; ``errors``: ``OdometryErrors``, or None: built in.
-        """
+    def __init__(self, team, motion, clock, settings, starts):
+        """``settings``: the ``WorldSettings``; ``starts`` (n, 3): where robots begin."""
+        by_wheels, rate = settings.by_wheels, settings.odometry_rate
+        errors = settings.odometry_errors
         self._team, self._motion, self._clock = team, motion, clock
-        self._starts, self._mirrored = starts, around.mirrored
+        self._starts, self._mirrored = starts, settings.mirrored
         self._wheels, self._by_wheels = None, by_wheels
         if by_wheels or errors is not None:
-            given = team, around.fidelity, around.seed, errors, clock.step_size
+            given = team, settings.fidelity, settings.seed, errors, clock.step_size
             self._wheels = wheel_odometry(*given)
             self._wheels.begin_at(starts[:, 2])
         self._aloft = np.flatnonzero(team.airborne)

@@ -324,6 +324,23 @@ def test_a_reset_puts_the_robots_back_and_ends_the_controller(path):
     np.testing.assert_array_equal(states[-1].pose, load_scenario(path).poses)
 
 
+def test_a_reset_after_another_controller_puts_the_robots_to_where_they_began(path):
+    """Another protocol was chosen in the middle of the run: it goes on from where the robots were."""
+    script = played(
+        path,
+        (0, "control", (path,)),
+        (20, "end_control", ()),
+        (0, "control", (path,)),
+        (20, "reset", ()),
+        (0, "step", (1,)),
+    )
+    first, second = (run for run in script.samples() if run)
+    assert np.abs(second[0].pose - first[-1].pose).max() < 0.2  # steps, after the last sample
+    states, home = [state for state, _, _ in script.all("state")], load_scenario(path).poses
+    assert np.abs(second[0].pose - home).max() > 0.5
+    np.testing.assert_array_equal(states[-1].pose, home)
+
+
 def test_another_team_is_simulated_from_its_places(path):
     poses = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 1.0]])
     team = poses, ("amigobot", "amigobot"), None

@@ -77,7 +77,10 @@ class Engine:
         """``speed``: 0 for as fast as possible; ``directory``: of the runs' files."""
         self._directory, self._record = directory, None  # the ``RunRecord`` of the experiment
         self._link, self._pacer, self._paused = link, Pacer(speed), False
-        self._staged = scenario  # of the world as it begins
+        self._home = scenario  # with the robots where a reset puts them
+        self._staged = (
+            scenario  # of the world as it begins, after a controller where that left them
+        )
         self._world, self._experiment = World.from_scenario(scenario), None
         self._ran = None  # the scenario of the controller, as its settings are now
         self._running, self._trouble, self._emergency = False, "", False
@@ -249,7 +252,7 @@ class Engine:
 
     def _on_reset(self):
         """Put the robots to where they began; time begins with the controller."""
-        self._begin_anew(self._staged)
+        self._begin_anew(self._home)
         return "the robots are where they began: start the controller"
 
     def _on_set_team(self, poses, kinds, altitude):
@@ -267,7 +270,8 @@ class Engine:
         """Simulate the team of ``staged`` from its beginning; a controller of as many robots stands by."""
         world = World.from_scenario(staged)
         self.close()
-        self._world, self._experiment, self._staged = world, None, staged
+        self._world, self._experiment = world, None
+        self._home = self._staged = staged
         self._running, self._paused = False, False
         self._link.send("run")
         self._link.send("control_ended", "")

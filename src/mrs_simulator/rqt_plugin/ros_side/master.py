@@ -17,7 +17,6 @@ from mrs_simulator.ros.message_forms.messages import (
     TeamState,
 )
 
-QUEUE_SIZE = 20  # [-] queued states of a fast simulation, so that few are lost
 LOOK_PERIOD = 1.0  # [s] of wall time between queries of the master
 LEAST_PERIOD = 0.1  # [s] of it when the selected sensors change
 
@@ -75,7 +74,7 @@ class MasterWatch:
                 "stage/state",
                 TeamState,
                 self._inbox.keep_state,
-                queue_size=QUEUE_SIZE,
+                queue_size=None,  # a lost one may be the first with a command, where a run begins
                 tcp_nodelay=True,
             ),
             "collisions": rospy.Subscriber(

@@ -1,5 +1,7 @@
 """Paints drawings of ``pictures`` with Qt."""
 
+import functools
+
 import numpy as np
 
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons
@@ -34,16 +36,11 @@ def fill(painter, layer, rim=RIM):
     """Paint the ``Polygons``, with lines ``rim`` [px] wide around them."""
     every = polygon(layer.points)
     ends = np.cumsum(layer.counts)
-    brushes, pens = {}, {}
     for end, count, colour, code in zip(
         ends.tolist(), layer.counts.tolist(), _codes(layer.colours), _codes(layer.rims)
     ):
-        if colour not in brushes:
-            brushes[colour] = QBrush(_decoded(colour))
-        if code not in pens:
-            pens[code] = QPen(_decoded(code), rim) if code >> 24 else Qt.NoPen
-        painter.setBrush(brushes[colour])
-        painter.setPen(pens[code])
+        painter.setBrush(_brush(colour))
+        painter.setPen(_pen(code, rim))
         painter.drawConvexPolygon(every.mid(end - count, count))
 
 
@@ -55,6 +52,16 @@ def _codes(colours):
 
 def _decoded(code):
     return QColor(code >> 16 & 255, code >> 8 & 255, code & 255, code >> 24)
+
+
+@functools.lru_cache(maxsize=4096)
+def _brush(code):
+    return QBrush(_decoded(code))
+
+
+@functools.lru_cache(maxsize=4096)
+def _pen(code, width):
+    return QPen(_decoded(code), width) if code >> 24 else QPen(Qt.NoPen)
 
 
 def _draw_lines(painter, layer):

@@ -405,7 +405,7 @@ click("control")
 until(moved)
 click("stop")
 until(lambda: not gui.study.is_controlled())
-until(lambda: gui.map._targets is not None)
+until(lambda: gui.map.targets is not None)
 stopped = gui.history.time[-1]
 click("control")
 begins_after(stopped)
@@ -425,9 +425,9 @@ begins_after(then)
 assert abs(gui.history.pose[:, 0] - poses[0]).max() < 1e-6
 # A stage without a controller.
 gui.protocol.protocol_chosen.emit("consensus")
-until(lambda: gui.map._targets is None)
+until(lambda: gui.map.targets is None)
 gui.protocol.protocol_chosen.emit("formation")
-assert gui.map._targets is None
+assert gui.map.targets is None
 """
     )
 

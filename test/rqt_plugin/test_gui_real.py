@@ -44,7 +44,7 @@ NOT_SIMULATED = """
 for name in ("simulate", "pause", "step", "reset", "speed"):
     assert not gui.bar.button(name).isEnabled(), name
     assert "real" in gui.bar.button(name).toolTip().partition("Not now: ")[2], name
-assert gui.view._source().numbers == (1, 2, 3, 4)
+assert gui.map.scene().state.robots == (1, 2, 3, 4)
 assert not gui.team._number.isEnabled() and "real" in gui.team._number.toolTip()
 assert not gui.modes["poses"].isEnabled() and gui.team._open.isEnabled()
 table = gui.team._table.model()

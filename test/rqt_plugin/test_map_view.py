@@ -142,7 +142,7 @@ def drawn(view):
 
 
 def everything_in_view(view, points):
-    low, high = view._frame.bounds()
+    low, high = view.frame.bounds()
     return (points >= low).all() and (points <= high).all()
 
 
@@ -166,17 +166,17 @@ def test_a_drag_pans(view):
 @pytest.mark.parametrize("notches", [3, -2])
 def test_the_wheel_zooms_about_the_cursor(view, notches):
     place = QPoint(200, 420)
-    held, scale = view.to_plane(200, 420), view._frame.scale
+    held, scale = view.to_plane(200, 420), view.frame.scale
     wheel(view, place, notches)
     assert view.to_plane(200, 420) == pytest.approx(held)
-    assert view._frame.scale == pytest.approx(scale * 1.2**notches)
+    assert view.frame.scale == pytest.approx(scale * 1.2**notches)
 
 
 def test_zoom_has_bounds(view):
     for notches in (400, -800):
         wheel(view, QPoint(300, 300), notches)
         view.grab()
-    assert view._frame.scale == frame.SCALES[0]
+    assert view.frame.scale == frame.SCALES[0]
 
 
 @pytest.mark.parametrize("how", ["key", "double click", "call"])
@@ -256,7 +256,7 @@ def test_a_dragged_robot_moves_and_says_so(view):
     edited = emitted(view.pose_edited)
     begin = at(view, 4.1, 0.05)
     drag(view, begin, begin + QPoint(-90, 40))
-    shift = np.array([-90.0, -40.0]) / view._frame.scale
+    shift = np.array([-90.0, -40.0]) / view.frame.scale
     number, *pose = edited[-1]
     assert len(edited) == 3 and {call[0] for call in edited} == {2} == {number}
     assert pose == pytest.approx([*(POSES[1, :2] + shift), np.pi / 2])
@@ -329,10 +329,10 @@ def test_robots_of_unknown_pose_are_left_out(view):
     view.show_topology([(1, 2, 1.0), (2, 3, 1.0), (3, 1, 1.0)], True)
     view.show_snapshot(snapshot(0.0, poses))
     view.show_snapshot(snapshot(1.0, POSES))
-    assert view._trails.count.tolist() == [1, 1, 1]
+    assert view.trails.count.tolist() == [1, 1, 1]
     view.show_snapshot(snapshot(2.0, poses))
     view.fit()
-    assert view.team.overlapping == set() and np.isfinite(view._frame.bounds()).all()
+    assert view.team.overlapping == set() and np.isfinite(view.frame.bounds()).all()
     clicked = emitted(view.robot_clicked)
     click(view, at(view, 4.0, 3.0))
     assert clicked == [(3,)]
@@ -347,8 +347,8 @@ def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
     drag(view, at(view, 4.0, 3.0), at(view, 0.0, 0.0))
     assert added == [(1, 3)]
     view.show_topology(added, True)
-    (begin,), (end,) = view._edges.segments(
-        view.team.numbers, view.team.pose, view._frame, 1.0, view.team.shapes
+    (begin,), (end,) = view.edges.segments(
+        view.team.numbers, view.team.pose, view.frame, 1.0, view.team.shapes
     )[0][2:]
     assert np.hypot(*(end - view.to_screen(0.0, 0.0))) < np.hypot(*(begin - view.to_screen(0, 0)))
 
@@ -415,7 +415,7 @@ def test_of_two_opposite_edges_that_with_its_head_near_is_removed(view):
 
 def test_heads_point_at_the_robot_that_hears_and_are_wider_than_the_line(view):
     view.set_numbers_shown(False)
-    pixel = 1.0 / view._frame.scale
+    pixel = 1.0 / view.frame.scale
     beside = POSES[0, 0] + 0.21 + 10.0 * pixel, 2.5 * pixel  # of the line, near robot 1
     view.show_topology([(1, 2, 1.0)], False)
     ground = shade(view, *beside)
@@ -440,7 +440,7 @@ def test_edges_of_robots_that_are_not_there_are_left_out(view):
 def test_a_trail_gets_a_point_only_after_three_centimetres(view, step, points):
     for count in range(3):
         view.show_snapshot(snapshot(float(count), POSES + [count * step, 0.0, 0.0]))
-    assert view._trails.count.tolist() == [points] * 3
+    assert view.trails.count.tolist() == [points] * 3
 
 
 def test_trails_are_bounded_and_keep_beginning_and_end():
@@ -460,11 +460,11 @@ def test_trails_end_with_clear_another_team_an_earlier_time_or_a_new_start(view)
     def run(*times):
         for time in times:
             view.show_snapshot(snapshot(time, view.team.pose + [1.0, 0.0, 0.0]))
-        return view._trails.count.max()
+        return view.trails.count.max()
 
     assert run(0.0, 1.0, 2.0) == 3
     view.clear_trails()
-    assert view._trails.count.max() == 0
+    assert view.trails.count.max() == 0
     assert run(0.0, 1.0) == 2
     assert run(0.5) == 1
     view.show_team(view.team.pose)
@@ -472,7 +472,7 @@ def test_trails_end_with_clear_another_team_an_earlier_time_or_a_new_start(view)
     view.show_team(POSES)
     assert run(4.0) == 1
     view.show_snapshot(snapshot(5.0, POSES[:2]))
-    assert view._trails.count.tolist() == [1, 1]
+    assert view.trails.count.tolist() == [1, 1]
 
 
 def test_toggles_hide_what_they_name_and_show_it_again(view):
@@ -518,10 +518,10 @@ def test_a_collision_flashes_and_fades(view, monkeypatch):
     monkeypatch.setattr("mrs_simulator.rqt_plugin.map.flashes.time.monotonic", lambda: now[0])
     before = drawn(view)
     view.flash_collision(2.0, 1.5)
-    assert (drawn(view) != before).any() and view._flashes.is_active
+    assert (drawn(view) != before).any() and view.flashes.is_active
     now[0] += 2.01
-    view._flashes.fade()
-    assert (drawn(view) == before).all() and not view._flashes.is_active
+    view.flashes.fade()
+    assert (drawn(view) == before).all() and not view.flashes.is_active
 
 
 def test_obstacles_are_drawn_to_scale(view):
@@ -565,11 +565,11 @@ def test_land_is_lighter_than_an_obstacle(view):
 
 def test_fit_brings_near_obstacles_into_view_and_leaves_the_team_its_scale(view):
     view.fit()
-    scale = view._frame.scale
+    scale = view.frame.scale
     land = Box("land", 0.0, 0.0, 0.0, 1000.0, 9.0, 0.0)
     view.show_obstacles([Cylinder("far", 300.0, 0.0, 1.0, 1.0), land])
     view.fit()
-    assert view._frame.scale == scale
+    assert view.frame.scale == scale
     view.show_obstacles([Box("wall", 0.0, 9.0, 0.0, 20.0, 0.2, 1.0)])
     view.fit()
     assert everything_in_view(view, np.array([[-9.0, 9.0], [9.0, 9.0]]))
@@ -617,10 +617,10 @@ def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
     view.show_team(team(n))
     view.show_topology([(i, j, 1.0) for i in range(1, n + 1) for j in range(1, i)], False)
     view.grab()
-    style = view.team.numbers, view.team.pose, view._frame, 1.0, view.team.shapes
-    segments, stride = view._edges.segments(*style, 40000)
+    style = view.team.numbers, view.team.pose, view.frame, 1.0, view.team.shapes
+    segments, stride = view.edges.segments(*style, 40000)
     assert stride == 1 and len(segments.place) > edge_drawing.MOST_EDGES
-    assert view._edges.segments(*style, 1000)[1] == 11
+    assert view.edges.segments(*style, 1000)[1] == 11
 
 
 @pytest.mark.parametrize("base, text", [("#ffffff", "#000000"), ("#1e1e22", "#e8e8e8")])
@@ -770,7 +770,7 @@ def test_each_robot_is_drawn_and_found_as_its_kind_is(view):
     assert (
         is_body(4.43, 0.1) and is_body(3.97, 0.12) and not is_body(3.92, 0.12)
     )  # ahead of its axle
-    rows = [view._robot_at(np.array(view.to_screen(x, y))) for x, y in ((0.47, 0.3), (4.44, 0.1))]
+    rows = [view.robot_at(np.array(view.to_screen(x, y))) for x, y in ((0.47, 0.3), (4.44, 0.1))]
     assert rows == [0, 2]
     view.show_team(np.array([[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [4.0, 0.0, 0.0]]))
     assert view.team.overlapping == set()
@@ -796,9 +796,9 @@ def test_sprites_of_many_robots_are_of_their_own_kinds(view):
 @pytest.mark.parametrize("scale", [3.0, 10.0, 30.0, 33.0, 47.0, 90.0, 400.0])
 def test_each_axis_has_some_ticks_however_low_the_map_is(view, scale):
     view.resize(900, 19 * view.fontMetrics().height())
-    view._frame.scale = scale
+    view.frame.scale = scale
     style = MapStyle.of(view)
-    step, ticks = axes._ticks(view._frame, style, view.fontMetrics())
+    step, ticks = axes._ticks(view.frame, style, view.fontMetrics())
     assert min(map(len, ticks)) >= 3
     labels = [axes._label(tick * step, axes._digits(step)) for tick in ticks[0]]
     widest = max(map(view.fontMetrics().horizontalAdvance, labels))
@@ -806,13 +806,13 @@ def test_each_axis_has_some_ticks_however_low_the_map_is(view, scale):
 
 
 def test_the_legend_explains_the_visible_signs(view):
-    assert view._legend() == set()
+    assert view.legend() == set()
     view.show_topology([(1, 2)], True)
     view.show_targets(POSES[:, :2])
-    assert view._legend() == {"directed edge", "target"}
+    assert view.legend() == {"directed edge", "target"}
     fresh = np.array([True] * (len(POSES) - 1) + [False])
     view.show_snapshot(snapshot(0.0, POSES, fresh).replace(real=np.arange(len(POSES)) == 0))
-    assert view._legend() == {"directed edge", "target", "start", "trail", "real", "stale"}
+    assert view.legend() == {"directed edge", "target", "start", "trail", "real", "stale"}
     shown = drawn(view)
     view.set_legend_shown(False)
     assert (drawn(view) != shown).any()
@@ -840,10 +840,10 @@ def test_heights_of_robots_in_the_air_are_shown_by_number_and_shadow(view, app):
     QApplication.sendEvent(view, QHelpEvent(QEvent.ToolTip, middle, view.mapToGlobal(middle)))
     assert "z = 4.000 m" in QToolTip.text()
     QToolTip.hideText()
-    assert "aloft" in view._legend()
+    assert "aloft" in view.legend()
     spatial = upright(POSES[:, 2], [0.0, 0.0, 0.0])
     view.show_snapshot(snapshot(0.0, POSES).replace(spatial=spatial))
-    assert "aloft" not in view._legend()
+    assert "aloft" not in view.legend()
 
 
 def test_a_robot_dragged_in_the_air_keeps_its_height(view):

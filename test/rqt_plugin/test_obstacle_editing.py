@@ -38,10 +38,10 @@ def study(app, no_hidden_errors):
     widget.show()
     widget.modes["obstacles"].setChecked(True)
     app.processEvents()
-    widget.map._frame.scale, widget.map._frame.centre = 25.0, np.zeros(2)
+    widget.map.frame.scale, widget.map.frame.centre = 25.0, np.zeros(2)
     # Round places lie on pixels.
-    widget.map._frame.centre -= widget.map.to_plane(*map(round, widget.map.to_screen(0.0, 0.0)))
-    widget.map._untouched = False
+    widget.map.frame.centre -= widget.map.to_plane(*map(round, widget.map.to_screen(0.0, 0.0)))
+    widget.map.untouched = False
     yield widget
     widget.study.edited.close()
     widget.close()
@@ -174,11 +174,11 @@ def test_walls_of_a_map_are_not_edited(app, study, tmp_path):
     study.show_scenario(
         scenario_from_dict({"poses": POSES, "map": {"file": str(tmp_path / "walls.map")}})
     )
-    assert study.map.editor.at((0.0, 2.0), 0.1) is None and len(study.map._obstacles) == 1
+    assert study.map.editor.at((0.0, 2.0), 0.1) is None and len(study.map.obstacles) == 1
     drag(study, (-1.0, 3.0), (-0.4, 3.4))
-    assert list(named(study)) == ["box1"] and len(study.map._obstacles) == 2
+    assert list(named(study)) == ["box1"] and len(study.map.obstacles) == 2
     drag(study, (0.0, 2.0), (0.0, 1.5))
-    assert study.map._obstacles[-1].y == 2.0
+    assert study.map.obstacles[-1].y == 2.0
     assert [each.to_plain()["file"] for each in [study.scenario.map]] == [
         str(tmp_path / "walls.map")
     ]
@@ -188,8 +188,8 @@ def test_the_menu_deletes_and_duplicates(study):
     place = at(study, 0.0, 3.0)
     event = QContextMenuEvent(QContextMenuEvent.Mouse, place, study.map.mapToGlobal(place))
     QApplication.sendEvent(study.map, event)
-    actions = {action.text(): action for action in study.map._keys.menu.actions()}
-    study.map._keys.menu.close()
+    actions = {action.text(): action for action in study.map.keys.menu.actions()}
+    study.map.keys.menu.close()
     actions["Duplicate"].trigger()
     assert named(study)["box1"] == named(study)["crate"]._replace(name="box1", x=0.5)
     study.map.editor.select("crate")

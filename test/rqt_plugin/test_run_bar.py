@@ -221,7 +221,7 @@ def test_another_scenario_is_brought_into_view_without_what_was_before(app, stud
     shown(app, study, 1022, 700)
     study.map.show_targets(np.array([[-300.0, 0.0], [300.0, 0.0]]))
     study.show_scenario(scenario_from_dict({"poses": [[0, k, 0] for k in range(4)]}))
-    low, high = study.map._frame.bounds()
+    low, high = study.map.frame.bounds()
     assert (high - low).max() < 30.0
 
 
@@ -294,7 +294,7 @@ def test_escape_gives_up_an_edge_that_is_being_drawn(study):
     begin = QPoint(*map(round, view.to_screen(0.0, 0.0)))
     QTest.mousePress(view, Qt.LeftButton, Qt.NoModifier, begin)
     QTest.keyClick(view, Qt.Key_Escape)
-    assert stops(study) == 0 and view._drag is None
+    assert stops(study) == 0 and view.drag is None
 
 
 def test_the_stop_key_works_from_the_start_in_any_dock_and_behind_another_tab(app, study):
@@ -383,7 +383,7 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
             time, (1, 2), poses, np.zeros((2, 3)), np.zeros((2, 2)), flags
         )
         study._on_frame()
-        return study.map._time
+        return study.map.time
 
     assert received(1.0) == 1.0
     study.map.cost = 1e4  # [s]
@@ -436,11 +436,11 @@ def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(stu
 
 @pytest.mark.parametrize("what", ["trails", "targets", "edges", "numbers", "sensors"])
 def test_the_maps_buttons_hide_what_they_name_and_show_it_again(study, what):
-    button, first = study.shown[what], dict(study.map._shown)
+    button, first = study.shown[what], dict(study.map.shown)
     assert button.isChecked() == first[what] == (what != "sensors")
     for shown_ in (not first[what], first[what]):
         button.click()
-        assert study.map._shown == dict(first, **{what: shown_})
+        assert study.map.shown == dict(first, **{what: shown_})
 
 
 def boxes(app, layout, width):

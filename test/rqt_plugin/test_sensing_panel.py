@@ -164,7 +164,7 @@ def test_of_a_large_team_the_map_shows_the_robot_chosen_alone(study):
     assert study.watched == set()
     study.sensors.robot_chosen.emit(5)
     study.sensing.show()
-    assert {number for number, _ in study.watched} == {5} and study.map._selected == 5
+    assert {number for number, _ in study.watched} == {5} and study.map.selected == 5
 
 
 def topics(**published):
@@ -241,7 +241,7 @@ def test_cones_rays_and_robots_seen_lie_where_they_were_sensed(study):
     hear(study, ("sonar", fan))
     assert shade(study, *at) != before
     hear(study, ("sonar", fan), age=9.0)  # stale
-    assert study.map._readings == {}
+    assert study.map.readings == {}
 
 
 def moved(study, time, x):
@@ -299,11 +299,11 @@ def test_the_legend_tells_what_is_drawn_of_sensors(study):
     seen = RangeBearingReading(0.0, np.array([2]), np.ones(1), np.zeros(1))
     study.shown["sensors"].setChecked(True)
     hear(study, ("sonar", cone), ("others", seen), ("bumper", touched))
-    assert {"cone", "seen", "pressed"} <= study.map._legend() <= set(LEGEND)
+    assert {"cone", "seen", "pressed"} <= study.map.legend() <= set(LEGEND)
     hear(study, ("sonar", cone._replace(cone=0.0)), ("bumper", touched._replace(front=[False])))
-    assert study.map._legend() & {"cone", "rays", "seen", "pressed"} == {"rays"}
+    assert study.map.legend() & {"cone", "rays", "seen", "pressed"} == {"rays"}
     study.shown["sensors"].setChecked(False)
-    assert not study.map._legend() & {"rays"}
+    assert not study.map.legend() & {"rays"}
 
 
 def test_a_point_of_the_robots_frame_in_the_common_frame():
@@ -314,9 +314,9 @@ def test_a_point_of_the_robots_frame_in_the_common_frame():
 def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
     study.shown["sensors"].setChecked(True)
     study.map.set_legend_shown(False)
-    frame = study.map._frame
+    frame = study.map.frame
     frame.scale, frame.centre = 150.0, np.zeros(2)
-    study.map._untouched = False
+    study.map.untouched = False
     body = study.map.team.shapes
     ahead = 0.5 * (body.front[0] - body.rear[0])
     radius = 1.1 * body.reach[0]
@@ -548,7 +548,7 @@ table = gui.sensors.table
 until(lambda: table.rowCount() and table.text(0, 4) == "received")
 assert table.text(0, 0) == "sonar" and " of 16 within 5 m" in table.text(0, 1)
 gui.shown["sensors"].setChecked(True)
-until(lambda: len(gui.map._readings) == 4)
+until(lambda: len(gui.map.readings) == 4)
 gui.shown["sensors"].setChecked(False)
 gui.results_tabs.setCurrentIndex(0)
 until(lambda: gui.connection._sensors.is_idle)

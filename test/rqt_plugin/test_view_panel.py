@@ -42,7 +42,7 @@ def place_on_screen(panel, row):
     canvas = panel.canvas
     from mrs_simulator.pictures.camera import on_screen
 
-    place = canvas._scene.place[row : row + 1]
+    place = canvas.scene.place[row : row + 1]
     return on_screen(canvas.camera.seen(place), canvas.width(), canvas.height())[0]
 
 
@@ -116,8 +116,8 @@ def wheel(widget, angle):
 
 def test_a_robot_is_followed(shown):
     team, panel = shown
-    panel._follow.setCurrentIndex(3)
-    panel._follow.activated.emit(3)
+    panel.followed.setCurrentIndex(3)
+    panel.followed.activated.emit(3)
     assert panel.canvas.camera.target == pytest.approx((4.0, 1.0, 0.0))
     team.show_snapshot(snapshot(1.0, POSES + (0.0, 5.0, 0.0)))
     panel._next = 0.0
@@ -145,4 +145,4 @@ def test_no_robots_and_robots_unknown_are_no_trouble(shown):
     panel._next = 0.0
     panel.refresh()
     panel.grab()
-    assert panel.canvas._scene.state.robots == (1, 2)
+    assert panel.canvas.scene.state.robots == (1, 2)

@@ -38,20 +38,20 @@ class PaintedMap(MapScene):
             self._paint_ground(painter, style)
             painter.setFont(self.font())
             painter.setRenderHint(QPainter.Antialiasing)
-            painter.setClipRect(self._frame.area)
-            axes.draw_scale_bar(painter, style, self._frame)
+            painter.setClipRect(self.frame.area)
+            axes.draw_scale_bar(painter, style, self.frame)
             self._paint_edited(painter, style)
             self._paint_sensors(painter, style)
             remark = self._paint_edges(painter, style)
-            if self._shown["targets"] and self._targets is not None:
-                team = self._targets, self.team.numbers
-                marks.draw_targets(painter, style, self._frame, *team, self._crosses)
+            if self.shown["targets"] and self.targets is not None:
+                team = self.targets, self.team.numbers
+                marks.draw_targets(painter, style, self.frame, *team, self._crosses)
             self._paint_robots(painter, style)
-            if self._shown["legend"]:
-                draw_legend(painter, style, self._frame, self._legend())
+            if self.shown["legend"]:
+                draw_legend(painter, style, self.frame, self.legend())
             self._paint_passing(painter, style)
             if remark:
-                axes.draw_remark(painter, style, self._frame, remark)
+                axes.draw_remark(painter, style, self.frame, remark)
         finally:
             painter.end()
         self.cost = time.perf_counter() - begun
@@ -61,7 +61,7 @@ class PaintedMap(MapScene):
 
     def _paint_ground(self, painter, style):
         """Paint the ground with the trails."""
-        trails = self._trails if self._shown["trails"] else None
+        trails = self.trails if self.shown["trails"] else None
         now = (
             None if self._begin_anew else self.team.pose[:, :2]
         )  # robots may have been put elsewhere
@@ -69,7 +69,7 @@ class PaintedMap(MapScene):
         if self.editor.draft is not None:  # which lies on top
             obstacles = self._undrafted(obstacles)
         arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
-        self._ground.draw(painter, self, style, self._frame, *arguments)
+        self._ground.draw(painter, self, style, self.frame, *arguments)
 
     def _undrafted(self, obstacles):
         """Return ``obstacles`` without the one that is being edited."""
@@ -78,22 +78,22 @@ class PaintedMap(MapScene):
 
     def _paint_edited(self, painter, style):
         """Paint obstacles that move, and the selected one with its handles."""
-        axes.draw_obstacles(painter, style, self._frame, self._undrafted(self._moving))
+        axes.draw_obstacles(painter, style, self.frame, self._undrafted(self._moving))
         obstacle = self.editor.current if self._mode == "obstacles" else None
         if obstacle is not None:
             refused = self.editor.is_dragging and self.team.touches(obstacle)
-            draw_edited(painter, style, self._frame, obstacle, refused)
+            draw_edited(painter, style, self.frame, obstacle, refused)
 
     def _paint_sensors(self, painter, style):
         """Paint what robots sense, below the robots."""
-        if not self._shown["sensors"] or not self._readings:
+        if not self.shown["sensors"] or not self.readings:
             return
         rows = {number: row for row, number in enumerate(self.team.numbers)}
-        shapes, chosen = self.team.shapes, self._selected
-        is_chosen = any(number == chosen for number, _ in self._readings)
+        shapes, chosen = self.team.shapes, self.selected
+        is_chosen = any(number == chosen for number, _ in self.readings)
         # The robot chosen last, above all others, which are then paler.
         for (number, _), received in sorted(
-            self._readings.items(), key=lambda each: each[0][0] == chosen
+            self.readings.items(), key=lambda each: each[0][0] == chosen
         ):
             row = rows.get(number)
             if row is None or not self.team.known[row]:
@@ -102,7 +102,7 @@ class PaintedMap(MapScene):
             team = self._pose_of(row, received.reading), body, style.shade(number)
             whole = number == chosen  # of others it would cover the map
             painter.setOpacity(1.0 if whole or not is_chosen else PALE)
-            draw_reading(painter, style, self._frame, *team, received.reading, whole)
+            draw_reading(painter, style, self.frame, *team, received.reading, whole)
         painter.setOpacity(1.0)
 
     def _pose_of(self, row, reading):
@@ -116,16 +116,16 @@ class PaintedMap(MapScene):
 
     def _paint_edges(self, painter, style):
         """Paint the edges; return a remark where some are left out."""
-        if not self._shown["edges"]:
+        if not self.shown["edges"]:
             return ""
-        segments, stride = self._edges.segments(
-            self.team.numbers, self.team.pose, self._frame, style.unit, self.team.shapes, MOST_EDGES
+        segments, stride = self.edges.segments(
+            self.team.numbers, self.team.pose, self.frame, style.unit, self.team.shapes, MOST_EDGES
         )
-        stride *= edge_drawing.draw_edges(painter, style, segments, self._edges.directed)
+        stride *= edge_drawing.draw_edges(painter, style, segments, self.edges.directed)
         return "" if stride == 1 else "One edge in {} is drawn".format(stride)
 
     def _paint_robots(self, painter, style):
-        frame, scale = self._frame, self._frame.scale
+        frame, scale = self.frame, self.frame.scale
         screen = frame.to_screen(self.team.pose)
         margin = (
             max(self.team.shapes.farthest * scale, geometry.ARROW * style.unit) + 2.0 * style.line
@@ -143,7 +143,7 @@ class PaintedMap(MapScene):
         aloft = np.flatnonzero(z >= ALOFT)
         team, z = (pose[aloft], shapes.of(aloft)), z[aloft]
         marks.draw_shadows(painter, style, frame, *team, z)
-        marks.draw_selection(painter, style, frame, *of({self._selected}))
+        marks.draw_selection(painter, style, frame, *of({self.selected}))
         shown = np.zeros(len(self.team.numbers), dtype=bool)
         shown[rows] = True
         team_shapes, scene = self.team.shapes, self.team_scene()
@@ -151,7 +151,7 @@ class PaintedMap(MapScene):
         marks.draw_real(painter, style, frame, *of(self.team.real))
         if (self._at_rest or self._mode == "poses") and self.team.overlapping:
             marks.draw_alarms(painter, style, frame, *of(self.team.overlapping))
-        if self._shown["numbers"] and len(rows) <= MANY_ROBOTS:
+        if self.shown["numbers"] and len(rows) <= MANY_ROBOTS:
             team_pose = pose, numbers, shapes
             taken = drawing.draw_numbers(painter, style, frame, *team_pose, self._plates)
             heights = list(map(drawing.height_text, z))
@@ -159,54 +159,54 @@ class PaintedMap(MapScene):
 
     def _paint_passing(self, painter, style):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
-        for age, place in self._flashes.ages():
-            marks.draw_flash(painter, style, self._frame, place, age)
-        if self._drag is not None and self._drag.kind == "edge" and self._moved:
-            row = self._robot_at(self._cursor)
-            begin = self._frame.to_screen(self.team.pose[self._drag.row])
-            reached = row >= 0 and row != self._drag.row
-            end = self._frame.to_screen(self.team.pose[row]) if reached else self._cursor
-            text = self.edge_text(self._drag.row, row if reached else -1)
+        for age, place in self.flashes.ages():
+            marks.draw_flash(painter, style, self.frame, place, age)
+        if self.drag is not None and self.drag.kind == "edge" and self._moved:
+            row = self.robot_at(self._cursor)
+            begin = self.frame.to_screen(self.team.pose[self.drag.row])
+            reached = row >= 0 and row != self.drag.row
+            end = self.frame.to_screen(self.team.pose[row]) if reached else self._cursor
+            text = self.edge_text(self.drag.row, row if reached else -1)
             edge_drawing.draw_band(painter, style, begin, end, reached, text)
 
     def edge_text(self, row, other):
         """Return the text beside the edge drawn from robot ``row`` to ``other``, -1 for none."""
         receiver = "robot {}".format(self.team.numbers[other]) if other >= 0 else "..."
         between = (
-            "and {} are neighbours" if not self._edges.directed else "{} receives from robot {}"
+            "and {} are neighbours" if not self.edges.directed else "{} receives from robot {}"
         )
-        if self._edges.directed:
+        if self.edges.directed:
             return between.format(receiver, self.team.numbers[row])
         return "robot {} {}".format(self.team.numbers[row], between.format(receiver))
 
-    def _legend(self):
+    def legend(self):
         """Return the names of the signs that are to be seen."""
         shown = set()
-        if self._shown["trails"] and self._trails.begun:
+        if self.shown["trails"] and self.trails.begun:
             shown |= {"start", "trail"}
-        if self._shown["targets"] and self._targets is not None:
+        if self.shown["targets"] and self.targets is not None:
             shown.add("target")
-        if self._shown["edges"] and self._edges.list:
-            shown.add("directed edge" if self._edges.directed else "edge")
+        if self.shown["edges"] and self.edges.list:
+            shown.add("directed edge" if self.edges.directed else "edge")
         if self.team.real:
             shown.add("real")
         if not self.team.fresh.all():
             shown.add("stale")
         if np.any(self.team.state.heights >= ALOFT):
             shown.add("aloft")
-        return shown | (signs_of(self._readings) if self._shown["sensors"] else set())
+        return shown | (signs_of(self.readings) if self.shown["sensors"] else set())
 
-    def _robot_at(self, at):
+    def robot_at(self, at):
         """Return the row of the robot at ``at`` (2,) [px], -1 for none."""
         return geometry.robot_at(
-            self.team.pose, self._frame, MapStyle.of(self).unit, at, self.team.shapes
+            self.team.pose, self.frame, MapStyle.of(self).unit, at, self.team.shapes
         )
 
-    def _edge_at(self, at):
+    def edge_at(self, at):
         """Return the edge (i, j, weight) at ``at`` (2,) [px], None for none."""
-        if not self._shown["edges"]:
+        if not self.shown["edges"]:
             return None
         unit = MapStyle.of(self).unit
-        return self._edges.at(
-            self.team.numbers, self.team.pose, self._frame, unit, at, self.team.shapes
+        return self.edges.at(
+            self.team.numbers, self.team.pose, self.frame, unit, at, self.team.shapes
         )

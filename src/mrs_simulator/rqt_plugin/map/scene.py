@@ -36,18 +36,18 @@ class MapScene(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._frame, self.team = Frame(), MapTeam()
-        self._mode, self._drag = "look", None
-        self._shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
+        self.frame, self.team = Frame(), MapTeam()
+        self._mode, self.drag = "look", None
+        self.shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
         self._recent = RecentPoses()  # of the run shown
-        self._readings = {}  # of the robots' sensors, by (number, name)
-        self._hidden_trails, self._selected = set(), 0
-        self._targets, self._target_z, self._obstacles = None, None, ()
+        self.readings = {}  # of the robots' sensors, by (number, name)
+        self._hidden_trails, self.selected = set(), 0
+        self.targets, self._target_z, self.obstacles = None, None, ()
         self._standing, self._movers, self._moving = (), (), ()
         self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
-        self._edges = Edges()
-        self._flashes = Flashes(self, self.update)
-        self._untouched = True  # the view is still the one that fit() chose
+        self.edges = Edges()
+        self.flashes = Flashes(self, self.update)
+        self.untouched = True  # the view is still the one that fit() chose
         self._whole = True  # and that one holds all obstacles
         self.revision = 0  # of what is shown: it grows with each change
         self._begin_team((), np.empty((0, 3)))
@@ -68,15 +68,13 @@ class MapScene(QWidget):
 
     def scene(self):
         """Return what is shown as a ``Scene``."""
-        team, on = self.team, self._shown
-        trails = (
-            self._trails if on["trails"] and not self._begin_anew else Trails(len(team.numbers))
-        )
+        team, on = self.team, self.shown
+        trails = self.trails if on["trails"] and not self._begin_anew else Trails(len(team.numbers))
         rows = {number: row for row, number in enumerate(team.numbers)}
-        edges = self._edges.list if on["edges"] else ()
+        edges = self.edges.list if on["edges"] else ()
         return self.team_scene()._replace(
             trails=trails_of(team, trails, self._hidden_trails),
-            targets=team.in_space(self._targets, self._target_z) if on["targets"] else None,
+            targets=team.in_space(self.targets, self._target_z) if on["targets"] else None,
             edges=[(rows[i], rows[j]) for i, j, _ in edges if i in rows and j in rows],
             obstacles=self._standing + self._moving,
             numbered=on["numbers"],
@@ -118,48 +116,48 @@ class MapScene(QWidget):
         changed = numbers != self.team.numbers
         if changed:
             self._begin_team(numbers, poses)
-        elif self._begin_anew or snapshot.time < self._time:
+        elif self._begin_anew or snapshot.time < self.time:
             self.clear_trails()
-        self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
+        self.time, self._begin_anew, self._at_rest = snapshot.time, False, False
         self._recent.add(snapshot.time, poses)
         self.team.show(snapshot.replace(robots=numbers, pose=poses))
         if len(self.team.real) < len(numbers):  # real robots alone have another time
             self._move_obstacles(scene_time(snapshot.time))
-        self._trails.add(poses[:, :2], self.team.state.heights)
+        self.trails.add(poses[:, :2], self.team.state.heights)
         if changed:
             self.fit(whole=True)
         self._follow()
         self.update()
 
     def _begin_team(self, numbers, poses):
-        self._drag = None
+        self.drag = None
         self.team.show(resting(numbers, poses))
-        self._time, self._begin_anew, self._at_rest = -math.inf, False, True
+        self.time, self._begin_anew, self._at_rest = -math.inf, False, True
         self._recent.clear()
-        self._trails = Trails(len(numbers))
-        self._flashes.clear()
+        self.trails = Trails(len(numbers))
+        self.flashes.clear()
 
     def show_targets(self, points):
         """Show the desired positions ``points`` (n, 2) [m], None for none."""
-        self._targets = self._target_z = None
+        self.targets = self._target_z = None
         if points is not None and len(points):
             points = np.array(points, dtype=float)
-            self._targets = points[:, :2]
+            self.targets = points[:, :2]
             self._target_z = points[:, 2] if points.shape[1] > 2 else None
         self.update()
 
     def show_topology(self, edges, directed=True):
         """Show ``edges``, a list of (i, j, weight): robot i receives from robot j."""
-        self._edges = Edges(edges, directed)
+        self.edges = Edges(edges, directed)
         self.update()
 
     def show_obstacles(self, obstacles, own=0):
         """Show ``obstacles``, ``Box`` and ``Cylinder``, the first ``own`` of which may be edited."""
-        self._obstacles = tuple(obstacles)
-        self._standing = tuple(each for each in self._obstacles if not moves(each))
-        self._movers = tuple(filter(moves, self._obstacles))
+        self.obstacles = tuple(obstacles)
+        self._standing = tuple(each for each in self.obstacles if not moves(each))
+        self._movers = tuple(filter(moves, self.obstacles))
         self._move_obstacles(0.0)
-        self.editor.show(self._obstacles, own)
+        self.editor.show(self.obstacles, own)
 
     def _move_obstacles(self, time):
         """Have those obstacles that move where they are at ``time`` [s] of the simulation."""
@@ -174,22 +172,22 @@ class MapScene(QWidget):
 
     def flash_collision(self, x, y):
         """Show for two seconds that there was a collision at (x, y) [m]."""
-        self._flashes.add(x, y)
+        self.flashes.add(x, y)
 
     def clear_trails(self):
         """Forget where the robots have been; new trails begin with the next snapshot."""
-        self._trails, self._time = Trails(len(self.team.numbers)), -math.inf
+        self.trails, self.time = Trails(len(self.team.numbers)), -math.inf
         self.update()
 
     def select(self, number):
         """Highlight robot ``number``, 0 for none."""
-        self._selected = int(number)
+        self.selected = int(number)
         self.update()
 
     def show_readings(self, readings):
         """Show what sensors read, ``{(number, name): ReceivedReading}``."""
-        if readings or self._readings:
-            self._readings = readings
+        if readings or self.readings:
+            self.readings = readings
             self.update()
 
     def set_trails_shown(self, shown):
@@ -222,7 +220,7 @@ class MapScene(QWidget):
         self._set_shown("sensors", shown)
 
     def _set_shown(self, what, shown):
-        self._shown[what] = bool(shown)
+        self.shown[what] = bool(shown)
         self.update()
 
     def set_mode(self, mode):
@@ -230,7 +228,7 @@ class MapScene(QWidget):
         if mode not in HINTS:
             raise ValueError("mode {!r}: wanted one of {}".format(mode, ", ".join(HINTS)))
         if mode != self._mode:
-            self._mode, self._drag = mode, None
+            self._mode, self.drag = mode, None
             self.editor.cancel()
             self._measure()
             self.update()
@@ -247,45 +245,45 @@ class MapScene(QWidget):
 
         ``whole``: all obstacles, however far away, but for land.
         """
-        self._untouched, self._whole = True, whole
+        self.untouched, self._whole = True, whole
         self._look_at(self._bounds(everything=True), self.team.shapes.farthest)
 
     def _bounds(self, everything):
         """Return points (k, 2) about the team, with ``everything`` about targets and obstacles too."""
         parts = [self.team.pose[self.team.known, :2]]
-        if everything and self._targets is not None and self._shown["targets"]:
-            parts.append(self._targets[np.isfinite(self._targets).all(axis=1)])
-        if everything and self._shown["trails"]:
-            parts.append(self._trails.bounds())
+        if everything and self.targets is not None and self.shown["targets"]:
+            parts.append(self.targets[np.isfinite(self.targets).all(axis=1)])
+        if everything and self.shown["trails"]:
+            parts.append(self.trails.bounds())
         points = np.concatenate(parts)
         if not everything or not len(points):
             return points
         low, high = points.min(axis=0), points.max(axis=0)
         reach = np.inf if self._whole else max(REACH, np.max(high - low))
-        return np.stack(with_obstacles(low, high, self._obstacles, reach))
+        return np.stack(with_obstacles(low, high, self.obstacles, reach))
 
     def _look_at(self, points, room):
         if len(points):
             low, high = points.min(axis=0) - room, points.max(axis=0) + room
-            self._frame.look_at(low, high, self.fontMetrics().height())  # numbers need room too
+            self.frame.look_at(low, high, self.fontMetrics().height())  # numbers need room too
         self.update()
 
     def _follow(self):
         """Widen an untouched view once a robot leaves it, with room so that it stays for a while."""
-        if not self._untouched or self._drag is not None:
+        if not self.untouched or self.drag is not None:
             return
         position = self._bounds(everything=False)
-        if not self._frame.sees(self._frame.to_screen(position)).all():
+        if not self.frame.sees(self.frame.to_screen(position)).all():
             points = self._bounds(everything=True)
             self._look_at(points, self.team.shapes.farthest + ROOM * np.ptp(points, axis=0).max())
 
     def to_screen(self, x, y):
         """Return where the point (x, y) [m] is in the widget, (x, y) [px]."""
-        return tuple(self._frame.to_screen((x, y)).tolist())
+        return tuple(self.frame.to_screen((x, y)).tolist())
 
     def to_plane(self, x, y):
         """Return the point (x, y) [m] that is at (x, y) [px] in the widget."""
-        return tuple(self._frame.to_plane((x, y)).tolist())
+        return tuple(self.frame.to_plane((x, y)).tolist())
 
     def sizeHint(self):
         """Return a size for the eye; any other does."""
@@ -308,6 +306,6 @@ class MapScene(QWidget):
         super().changeEvent(event)
 
     def _measure(self):
-        self._frame.area = axes.plot_area(self, HINTS[self._mode])
-        if self._untouched:
+        self.frame.area = axes.plot_area(self, HINTS[self._mode])
+        if self.untouched:
             self.fit(self._whole)

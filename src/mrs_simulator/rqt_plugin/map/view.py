@@ -46,7 +46,7 @@ class MapView(PaintedMap):
         super().__init__(parent)
         self.setFocusPolicy(Qt.StrongFocus)
         self.setMouseTracking(True)
-        self._keys = ObstacleKeys(self)
+        self.keys = ObstacleKeys(self)
 
     def _on_obstacles(self, own):
         self.obstacles_edited.emit(own)
@@ -58,16 +58,16 @@ class MapView(PaintedMap):
     @guarded
     def mousePressEvent(self, event):
         at = _place(event)
-        row = self._robot_at(at)
+        row = self.robot_at(at)
         kind = self._kind_of_drag(event, row)
-        grip = self.team.pose[row, :2] - self._frame.to_plane(at) if row >= 0 else np.zeros(2)
+        grip = self.team.pose[row, :2] - self.frame.to_plane(at) if row >= 0 else np.zeros(2)
         self._cursor, self._moved = at, False
-        self._drag = Drag(kind, row, at, grip, event.button()) if kind else None
+        self.drag = Drag(kind, row, at, grip, event.button()) if kind else None
         if kind == "turn":
             self._drag_to(at)
         elif kind == "obstacle":
             other = bool(event.modifiers() & Qt.ShiftModifier)
-            self.editor.press(self._frame.to_plane(at), self.reach, other)
+            self.editor.press(self.frame.to_plane(at), self.reach, other)
 
     def _kind_of_drag(self, event, row):
         """Return what a press on the robot ``row`` begins, None for nothing."""
@@ -84,8 +84,8 @@ class MapView(PaintedMap):
     @guarded
     def mouseMoveEvent(self, event):
         at = _place(event)
-        if self._drag is not None:
-            self._moved = self._moved or np.hypot(*(at - self._drag.press)) > CLICK
+        if self.drag is not None:
+            self._moved = self._moved or np.hypot(*(at - self.drag.press)) > CLICK
             if self._moved:
                 self._drag_to(at, bool(event.modifiers() & Qt.ShiftModifier))
         else:
@@ -95,32 +95,32 @@ class MapView(PaintedMap):
     def _cursor_at(self, at):
         """Return the cursor for what a press at ``at`` would do."""
         if self._mode == "obstacles":
-            return self._keys.cursor_at(self._frame.to_plane(at))
-        return Qt.ArrowCursor if self._robot_at(at) < 0 else Qt.PointingHandCursor
+            return self.keys.cursor_at(self.frame.to_plane(at))
+        return Qt.ArrowCursor if self.robot_at(at) < 0 else Qt.PointingHandCursor
 
     @property
     def reach(self):
         """Return the distance [m] from the cursor within which a handle is grabbed."""
-        return REACH * MapStyle.of(self).unit / self._frame.scale
+        return REACH * MapStyle.of(self).unit / self.frame.scale
 
     @property
     def grain(self):
         """Return a round length [m] of about a pixel, of which what is drawn has whole multiples."""
-        return nice_step(1.0 / self._frame.scale)
+        return nice_step(1.0 / self.frame.scale)
 
     def _drag_to(self, at, shifted=False):
-        kind, row, press, grip, _ = self._drag
+        kind, row, press, grip, _ = self.drag
         if kind == "pan":
-            self._frame.pan(at - self._cursor)
-            self._untouched = False
+            self.frame.pan(at - self._cursor)
+            self.untouched = False
         elif kind == "move":
-            self._edit(row, self._frame.to_plane(at) + grip, self.team.pose[row, 2])
+            self._edit(row, self.frame.to_plane(at) + grip, self.team.pose[row, 2])
         elif kind == "turn":
-            toward = self._frame.to_plane(at) - self.team.pose[row, :2]
-            if np.hypot(*toward) * self._frame.scale > CLICK:
+            toward = self.frame.to_plane(at) - self.team.pose[row, :2]
+            if np.hypot(*toward) * self.frame.scale > CLICK:
                 self._edit(row, self.team.pose[row, :2], math.atan2(toward[1], toward[0]))
         elif kind == "obstacle":
-            self.editor.drag(self._frame.to_plane(at), self.grain, shifted)
+            self.editor.drag(self.frame.to_plane(at), self.grain, shifted)
         self.update()
 
     def _edit(self, row, position, theta):
@@ -131,12 +131,12 @@ class MapView(PaintedMap):
 
     @guarded
     def mouseReleaseEvent(self, event):
-        drag = self._drag
+        drag = self.drag
         if drag is None or event.button() != drag.button:
             return
-        at, self._drag = _place(event), None
+        at, self.drag = _place(event), None
         if drag.kind == "edge":
-            self._join(drag.row, self._robot_at(at))
+            self._join(drag.row, self.robot_at(at))
         elif drag.kind == "obstacle":
             self.editor.release()
         elif drag.kind == "pan" and drag.button == Qt.LeftButton and not self._moved:
@@ -148,24 +148,24 @@ class MapView(PaintedMap):
             return
         # Drawn as it will be: from the sender to the receiver.
         pair = self.team.numbers[other], self.team.numbers[row]
-        if not self._edges.holds(*pair):
+        if not self.edges.holds(*pair):
             self.edge_added.emit(*pair)
 
     def _click(self, row, at):
         if self._mode == "look" and row >= 0:
             self.robot_clicked.emit(self.team.numbers[row])
         elif self._mode == "edges":
-            edge = self._edge_at(at)
+            edge = self.edge_at(at)
             if edge is not None:
                 self.edge_removed.emit(*edge[:2])
 
     @guarded
     def mouseDoubleClickEvent(self, event):
         at = _place(event)
-        on_edge = self._mode == "edges" and self._edge_at(at) is not None
+        on_edge = self._mode == "edges" and self.edge_at(at) is not None
         if self._mode == "obstacles":
             self.mousePressEvent(event)
-        elif event.button() == Qt.LeftButton and self._robot_at(at) < 0 and not on_edge:
+        elif event.button() == Qt.LeftButton and self.robot_at(at) < 0 and not on_edge:
             self.fit()
         else:
             self.mousePressEvent(event)
@@ -174,8 +174,8 @@ class MapView(PaintedMap):
     def wheelEvent(self, event):
         # Qt before 5.14 has no position().
         at = event.position() if hasattr(event, "position") else event.posF()
-        self._frame.zoom(ZOOM ** (event.angleDelta().y() / 120.0), (at.x(), at.y()))
-        self._untouched = False
+        self.frame.zoom(ZOOM ** (event.angleDelta().y() / 120.0), (at.x(), at.y()))
+        self.untouched = False
         self.update()
         event.accept()
 
@@ -184,27 +184,27 @@ class MapView(PaintedMap):
         if event.key() == Qt.Key_F:
             self.fit()
         elif self._escapes(event):
-            self._drag = None
+            self.drag = None
             self.editor.cancel()
-        elif self._mode == "obstacles" and self._keys.press(event):
+        elif self._mode == "obstacles" and self.keys.press(event):
             event.accept()
         else:
             super().keyPressEvent(event)
 
     def _escapes(self, event):
         """Return whether the key cancels drawing an edge or an obstacle."""
-        drawing = self._drag is not None and self._drag.kind in ("edge", "obstacle")
+        drawing = self.drag is not None and self.drag.kind in ("edge", "obstacle")
         return event.key() == Qt.Key_Escape and drawing
 
     def _takes(self, event):
         """Return whether the map handles the key, even if it is a shortcut elsewhere."""
-        return self._escapes(event) or (self._mode == "obstacles" and self._keys.knows(event))
+        return self._escapes(event) or (self._mode == "obstacles" and self.keys.knows(event))
 
     @guarded
     def contextMenuEvent(self, event):
         """Offer what can be done to the obstacle there."""
         if self._mode == "obstacles":
-            self._keys.open_menu(event)
+            self.keys.open_menu(event)
         else:
             super().contextMenuEvent(event)
 
@@ -221,7 +221,7 @@ class MapView(PaintedMap):
     @guarded
     def _show_tooltip(self, event):
         at = np.array([event.pos().x(), event.pos().y()], dtype=float)
-        row, text = self._robot_at(at), ""
+        row, text = self.robot_at(at), ""
         if row >= 0:
             x, y, theta = self.team.pose[row]
             text = "Robot {}: x = {:.3f} m, y = {:.3f} m, {}\u03b8 = {:.1f}\u00b0{}".format(
@@ -234,11 +234,11 @@ class MapView(PaintedMap):
                 + ("" if self.team.fresh[row] else "\nNo recent data"),
             )
         else:
-            edge = self._edge_at(at)
+            edge = self.edge_at(at)
             obstacles = self._standing + self._moving
-            found = obstacle_at(obstacles, self._frame.to_plane(at), 0.0)
+            found = obstacle_at(obstacles, self.frame.to_plane(at), 0.0)
             if edge is not None:
-                how = "receives from robot" if self._edges.directed else "and robot"
+                how = "receives from robot" if self.edges.directed else "and robot"
                 text = "Robot {0} {3} {1}, weight a({0}, {1}) = {2:g}".format(*edge, how)
             elif found >= 0:
                 text = described(obstacles[found])

@@ -29,7 +29,7 @@ class Canvas(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.camera, self.cost = Camera(yaw=20.0), 0.0  # [s] that the last picture took
-        self._scene, self._followed, self._last, self._plates = None, 0, None, {}
+        self.scene, self._followed, self._last, self._plates = None, 0, None, {}
         self._untouched = True  # the camera is still the one that fit() chose
         self.setMinimumSize(160, 100)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
@@ -42,14 +42,14 @@ class Canvas(QWidget):
 
     def show_scene(self, scene):
         """Show ``scene``, a ``Scene``."""
-        self._scene = scene
+        self.scene = scene
         self._keep_in_view()
         self.update()
 
     def follow(self, number):
         """Keep robot ``number`` in the middle, none where it is 0."""
-        if number and number != self._followed and self._scene is not None:
-            reach = max(kind.body.reach for kind in self._scene.kinds)
+        if number and number != self._followed and self.scene is not None:
+            reach = max(kind.body.reach for kind in self.scene.kinds)
             self.camera = self.camera._replace(distance=max(CLOSE * reach, 0.5))
         self._followed = number
         self._keep_in_view()
@@ -58,7 +58,7 @@ class Canvas(QWidget):
     def fit(self):
         """Bring the whole team, its trails, targets and obstacles into view."""
         self._untouched = True
-        self._frame(self._scene)
+        self._frame(self.scene)
         self.update()
 
     def _frame(self, scene, room=1.0):
@@ -67,7 +67,7 @@ class Canvas(QWidget):
 
     def _keep_in_view(self):
         """Aim at the robot that is followed, else step back once a robot leaves an untouched view."""
-        scene = self._scene
+        scene = self.scene
         if scene is None or self._last is not None:
             return
         if self._followed in scene.state.robots:
@@ -93,7 +93,7 @@ class Canvas(QWidget):
         """Paint the scene, or a text where there is none."""
         begun, painter = time.perf_counter(), QPainter(self)
         try:
-            if self._scene is None or not len(self._scene.state.robots):
+            if self.scene is None or not len(self.scene.state.robots):
                 painter.drawText(self.rect(), Qt.AlignCenter, "No robots")
                 return
             dark = self.palette().base().color().lightnessF() < DARK_GROUND
@@ -102,7 +102,7 @@ class Canvas(QWidget):
             painter.setFont(self.font())
             paint(
                 painter,
-                drawn(self._scene, self.camera, self.width(), self.height(), look),
+                drawn(self.scene, self.camera, self.width(), self.height(), look),
                 self._plates,
             )
         finally:
@@ -114,7 +114,7 @@ class Canvas(QWidget):
         """Keep an untouched team in view."""
         super().resizeEvent(event)
         if self._untouched and not self._followed:
-            self._frame(self._scene)
+            self._frame(self.scene)
 
     @guarded
     def mousePressEvent(self, event):

@@ -27,10 +27,10 @@ class ViewPanel(QWidget):
         super().__init__(parent)
         self._source, self._revision, self._shown = source, revision, None
         self._next = 0.0  # [s] of wall time
-        self.canvas, self._follow, self._numbers = Canvas(), QComboBox(), None
-        self._follow.setToolTip("Keep a robot in the centre")
-        self._follow.setSizeAdjustPolicy(QComboBox.AdjustToContents)
-        self._follow.activated.connect(self._on_follow)
+        self.canvas, self.followed, self._numbers = Canvas(), QComboBox(), None
+        self.followed.setToolTip("Keep a robot in the centre")
+        self.followed.setSizeAdjustPolicy(QComboBox.AdjustToContents)
+        self.followed.activated.connect(self._on_follow)
         fit = QToolButton()
         fit.setText("Fit")
         fit.setToolTip("Fit the team into view (F)")
@@ -40,7 +40,7 @@ class ViewPanel(QWidget):
         hint.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)  # cut off rather than wide
         row = QHBoxLayout()
         row.addWidget(hint, 1)
-        row.addWidget(self._follow)
+        row.addWidget(self.followed)
         row.addWidget(fit)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -78,22 +78,22 @@ class ViewPanel(QWidget):
         """Offer the robots ``numbers`` to follow."""
         if numbers == self._numbers:
             return
-        self._numbers, chosen = numbers, self._follow.currentData()
-        self._follow.clear()
-        self._follow.addItem("whole team", 0)
+        self._numbers, chosen = numbers, self.followed.currentData()
+        self.followed.clear()
+        self.followed.addItem("whole team", 0)
         for number in numbers:
-            self._follow.addItem("follow robot {}".format(number), number)
-        self._follow.setCurrentIndex(max(0, self._follow.findData(chosen)))
-        self.canvas.follow(self._follow.currentData())
+            self.followed.addItem("follow robot {}".format(number), number)
+        self.followed.setCurrentIndex(max(0, self.followed.findData(chosen)))
+        self.canvas.follow(self.followed.currentData())
         self.canvas.fit()
 
     @guarded
     def _on_follow(self, *_):
-        self.canvas.follow(self._follow.currentData())
+        self.canvas.follow(self.followed.currentData())
 
     @guarded
     def _on_fit(self, *_):
-        self._follow.setCurrentIndex(0)
+        self.followed.setCurrentIndex(0)
         self.canvas.follow(0)
         self.canvas.fit()
 

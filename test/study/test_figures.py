@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from mrs_simulator.core.kinematics import hand_points
@@ -421,3 +422,22 @@ def test_the_legend_names_theory_only_where_its_lines_show():
         axes = report.draw_trajectories(report.new_figure(), run, prediction)
         names = [text.get_text() for text in axes.get_legend().get_texts()]
         assert ("Theory" in names) is shown and "Trajectory" in names
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 20])
+def test_paths_of_different_kinds_have_looks_of_their_own(count, monkeypatch):
+    looks = {}
+    original = plane_figure.draw_alike
+
+    def recorded(axes, lines, label, **style):
+        looks[label] = len(lines), style["color"], style["ls"]
+        original(axes, lines, label, **style)
+
+    monkeypatch.setattr(plane_figure, "draw_alike", recorded)
+    kinds = tuple("kind{}".format(row % count) for row in range(20))
+    axes = plane_figure.draw_trajectories(Figure(), make_run(20, kinds=kinds))
+    labels = {text.get_text() for text in axes.get_legend().get_texts()}
+    names = {"Trajectory"} if count == 1 else set(kinds)
+    assert set(looks) == names and labels == names | {"Start", "Final pose"}
+    assert len({look[1:] for look in looks.values()}) == count
+    assert sum(look[0] for look in looks.values()) == 20

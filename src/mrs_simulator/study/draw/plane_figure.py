@@ -11,6 +11,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacle
 from mrs_simulator.scenario.surroundings.obstacles import corners, is_flat, with_obstacles
 from mrs_simulator.study.draw.canvas import WIDTH, styled
 from mrs_simulator.study.draw.figure_parts import (
+    PALETTE,
     START_COLOUR,
     draw_alike,
     emptied,
@@ -22,6 +23,8 @@ from mrs_simulator.study.draw.figure_parts import (
 )
 
 TRAJECTORY_COLOUR = "#1a8a34"
+# Of paths; several where there are more kinds than colours.
+DASHES = (0, (4, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.5, 1.5)), (0, (10, 2))
 FINAL_COLOUR = "#0b3d91"
 OBSTACLE_COLOUR, LAND_COLOUR = "#b8b8b8", "#f1ede2"
 MOST_NUMBERED = 200  # above it the numbers at the starts would hide each other
@@ -40,7 +43,7 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
     axes = emptied(figure, 1)[0] if axes is None else axes
     points = points_of(run, prediction)
     _draw_obstacles(axes, run)
-    _draw_paths(axes, points)
+    paths = _draw_paths(axes, points, run.kinds)
     if prediction is not None:
         _draw_predicted_paths(axes, predicted_of(run, prediction)[1][:, :, :2])
     low, high = _extent(run, prediction)
@@ -50,7 +53,7 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
     _frame_plane(axes, low, high)
     names = (
         "Start",
-        "Trajectory",
+        *paths,
         "Theory",
         "Final pose",
         "Land",
@@ -81,9 +84,18 @@ def trajectories_height(run, prediction=None, page=WIDTH):
     return float(np.clip((page - 0.7) * height / width + 0.8, *bounds))
 
 
-def _draw_paths(axes, points):
-    style = {"color": TRAJECTORY_COLOUR, "ls": (0, (4, 2)), "lw": sized(points, 1.2, 0.7)}
-    draw_alike(axes, _thin_paths(points), "Trajectory", **style)
+def _draw_paths(axes, points, kinds):
+    """Draw the paths, each of several ``kinds``, names (n,), in a look of its own; return their labels."""
+    style = {"color": TRAJECTORY_COLOUR, "ls": DASHES[0], "lw": sized(points, 1.2, 0.7)}
+    paths, names = _thin_paths(points), tuple(dict.fromkeys(kinds))
+    if len(names) < 2:
+        draw_alike(axes, paths, "Trajectory", **style)
+        return ("Trajectory",)
+    for place, name in enumerate(names):
+        dash, colour = divmod(place, len(PALETTE))
+        style.update(color=PALETTE[colour], ls=DASHES[dash % len(DASHES)])
+        draw_alike(axes, paths[np.array(kinds) == name], name, **style)
+    return names
 
 
 def _draw_predicted_paths(axes, hand):

@@ -90,3 +90,12 @@ def test_robots_without_a_pose_are_left_out():
     team = scene(["epuck", "husky"], [(np.nan, 0.0, 0.0), (1.0, 1.0, 0.0)])
     assert len(above(team).counts) == len(kind_plan(kind("husky")).counts)
     assert above(team, shown=[True, False]) is None
+
+
+def test_every_part_differs_from_a_dark_ground():
+    ground, text = np.array([0.12, 0.12, 0.13]), (0.9, 0.9, 0.9)
+    team = scene(["husky", "pioneer3dx"], np.zeros((2, 3)))
+    dark = bodies(team, lambda points: points, np.ones(2, dtype=bool), text)
+    assert np.abs(dark.colours[:-1, :3] - ground).max(axis=1).min() > 0.05
+    wheels = ~np.concatenate([kind_plan(each).own | kind_plan(each).arrow for each in team.kinds])
+    assert (dark.colours[wheels, :3] > above(team).colours[wheels, :3]).all()

@@ -22,7 +22,10 @@ from mrs_simulator.pictures.drawing import Polygons, taken, with_opacity
 from mrs_simulator.pictures.solids import TOUCH, arrow_on, kind_parts, own_shares, solid_of
 from mrs_simulator.state.columns import FRESH
 
-RIM = 0.6  # [-] brightness of the line around a part beside that of the part
+RIM, PART = (
+    0.35,
+    0.25,
+)  # [-] share of the text's colour in lines around parts, and in a robot's other parts
 SEEN_THROUGH = 0.55  # [-] opacity of a load: robots below it are seen
 PALE = 0.4  # [-] opacity of robots without recent data
 ON_DARK, ON_LIGHT = (0.95, 0.95, 0.95), (0.12, 0.12, 0.12)  # colours of arrows
@@ -80,13 +83,14 @@ def _covers(outline, points):
     return bool((x * apart[..., 1] - y * apart[..., 0] >= -TOUCH).all())
 
 
-def bodies(scene, to_screen, shown):
+def bodies(scene, to_screen, shown, text=(0.0, 0.0, 0.0)):
     """Return the ``Polygons`` of robots, their arms and load; None without any.
 
     ``to_screen``: returns points (v, 2) [m] in pixels; ``shown`` (n,) bool: which robots; of the others
-    there are the arms alone.
+    there are the arms alone; ``text`` (3,): a colour that differs from the ground's.
     """
-    found = [*_robots(scene, shown), *_arms(scene), *_load(scene)]
+    text = np.asarray(text)
+    found = [*_robots(scene, shown, text), *_arms(scene), *_load(scene, text)]
     if not found:
         return None
     points, counts, colours, rims, heights = (np.concatenate(each) for each in zip(*found))
@@ -107,7 +111,7 @@ def _team_plan(kinds):
     return whole, of_points, np.repeat(rows, [len(plan.counts) for plan in plans])
 
 
-def _robots(scene, shown):
+def _robots(scene, shown, text):
     state, shades = scene.state, np.asarray(scene.shades)
     known = shown & np.isfinite(state.pose).all(axis=1) & np.isfinite(state.heights)
     if not known.any():
@@ -118,10 +122,11 @@ def _robots(scene, shown):
     points = np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + state.pose[of_points, :2]
     own = plan.own[:, np.newaxis]
     colours = np.empty((len(rows), 4))
-    colours[:, :3] = np.where(own, shades[rows], plan.colours)
-    colours[plan.arrow & (shades.sum(axis=1) >= LIGHT_SHADE)[rows], :3] = ON_LIGHT
+    colours[:, :3] = np.where(own, shades[rows], _mixed(plan.colours, text, PART))
+    is_light = (shades.sum(axis=1) >= LIGHT_SHADE)[rows, np.newaxis]
+    colours[plan.arrow, :3] = np.where(is_light, ON_LIGHT, ON_DARK)[plan.arrow]
     colours[:, 3] = np.where(state.fresh, 1.0, PALE)[rows] if state.has(FRESH) else 1.0
-    rims = np.where(own, _rims(colours), 0.0)
+    rims = np.where(own, _rims(colours, text), 0.0)
     found = _Layer(points, plan.counts, colours, rims, state.heights[rows])
     if known.all():
         yield found
@@ -139,12 +144,16 @@ def _arms(scene):
         yield _Layer(points, np.full(len(heights), 4), colours, rims, heights)
 
 
-def _load(scene):
+def _load(scene, text):
     if scene.carried is not None:
         load, state = scene.carried
         outline, wood = load_outline(load, state), with_opacity([WOOD[:3]], SEEN_THROUGH)
-        yield _Layer(outline, np.array([len(outline)]), wood, _rims(wood), state.place[2:])
+        yield _Layer(outline, np.array([len(outline)]), wood, _rims(wood, text), state.place[2:])
 
 
-def _rims(colours):
-    return colours * (RIM, RIM, RIM, 1.0)
+def _rims(colours, text):
+    return np.column_stack([_mixed(colours[:, :3], text, RIM), colours[:, 3]])
+
+
+def _mixed(colours, other, share):
+    return colours + share * (other - colours)

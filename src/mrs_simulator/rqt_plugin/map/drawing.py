@@ -70,7 +70,7 @@ def _marks(scene, rows):
 
 
 def _fill_bodies(painter, style, frame, scene, shown):
-    layer = bodies(scene, frame.to_screen, shown)
+    layer = bodies(scene, frame.to_screen, shown, style.text.getRgbF()[:3])
     if layer is not None:
         fill(painter, layer, style.unit)
 

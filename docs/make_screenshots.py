@@ -204,7 +204,7 @@ def take(options):
         until(lambda: gui.connection.is_fresh("stage"))
         press("control")
         gui.settings_tabs.setCurrentIndex(1)
-        until(lambda: len(gui.history.time) and gui.history.command[-1].any())
+        until(lambda: len(gui.history.time) and gui.history.state.command[-1].any())
         begun = gui.history.time[-1]
         until(lambda: gui.history.time[-1] > begun + 15.0)
         gui.curves.setFocus()

@@ -90,6 +90,7 @@ def test_robots_without_a_pose_are_left_out():
     team = scene(["epuck", "husky"], [(np.nan, 0.0, 0.0), (1.0, 1.0, 0.0)])
     assert len(above(team).counts) == len(kind_plan(kind("husky")).counts)
     assert above(team, shown=[True, False]) is None
+    assert above(scene(["husky_panda"], [(np.nan, 0.0, 0.0)])) is None  # nor their arms
 
 
 def test_every_part_differs_from_a_dark_ground():

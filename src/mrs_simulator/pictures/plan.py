@@ -91,7 +91,7 @@ def bodies(scene, to_screen, shown, text=(0.0, 0.0, 0.0)):
     """
     text = np.asarray(text)
     found = [*_robots(scene, shown, text), *_arms(scene), *_load(scene, text)]
-    if not found:
+    if not any(len(each.counts) for each in found):
         return None
     points, counts, colours, rims, heights = (np.concatenate(each) for each in zip(*found))
     if np.ptp(heights) > 0.0:

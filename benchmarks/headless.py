@@ -4,7 +4,8 @@
     python3 benchmarks/headless.py [--quick] [--keep]
 
 The world has no obstacles, steps of 20 ms, a command at each step, collisions checked, watchdogs on;
-"recorded": at 10 Hz to run.csv, by orjson where it is installed.  In the crowd robots touch all the time.
+"recorded": at 10 Hz to run.csv, by orjson where it is installed.  "From its start": by wall time, while the
+robots move; in the other rows most of seven have arrived.  In the crowd robots touch all the time.
 Beside them pybullet writes poses of massless bodies, a load known from other simulators' figures.  With
 ``--keep`` the figures go to benchmarks/history.csv.
 """
@@ -36,6 +37,7 @@ from mrs_simulator.world.world import EVERY, World
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 WALL = 1.0  # [s] of one measurement, at least
 REPEATS = 3
+WHOLE, FEW, MANY = 110.0, 5.0, 10000  # [s] of a run from its start, of one of so many robots
 
 
 class ByHook(PioneerControl):
@@ -94,6 +96,24 @@ def real_time_factor(
             next(samples)
         elapsed = clock() - begin
         return (experiment.world.time - simulated) / elapsed
+
+
+def whole_run_factor(n, compiled):
+    """Return simulated over wall time of 110 s from the start, robots moving, recorded as a user's.
+
+    What the command takes to import, and numba to load, is not counted.
+    """
+    use_compiled(compiled)
+    scenario = scenario_of(n, "kinematic")._replace(duration=WHOLE if n < MANY else FEW)
+    for measured in (scenario._replace(duration=0.2), scenario):  # the first loads
+        experiment = Experiment(measured, Formation)
+        with contextlib.ExitStack() as stack:
+            stack.callback(experiment.world.close)
+            begin = time.perf_counter()
+            for _ in recorded_ones(experiment, experiment.samples(), stack):
+                pass
+            elapsed = time.perf_counter() - begin
+    return scenario.duration / elapsed
 
 
 def recorded_ones(experiment, samples, stack):
@@ -206,6 +226,10 @@ def main():
         note(case + RECORDED + by, n, real_time_factor, "dynamic", Formation, True, engine, clock)
     for n in (100, 1000):
         note("kinematic, a crowd in contact", n, crowd_factor)
+    for n, compiled in itertools.product((7, 100, 1000, MANY), (False, True)):
+        if compiled <= bool(find_spec("numba")):
+            case = "a run from its start, recorded" + ", compiled" * compiled
+            note(case, n, whole_run_factor, compiled)
     if find_spec("numba"):
         use_compiled(True)
         for n in (7, 100, 1000, 10000):

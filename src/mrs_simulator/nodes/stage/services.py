@@ -1,0 +1,77 @@
+"""The services of a stage: pause, step, reset, set_speed and set_team."""
+
+import rospy
+from std_srvs.srv import SetBool, Trigger
+
+from mrs_simulator.nodes.stage.new_team import with_robots
+from mrs_simulator.ros.node.node_parameters import MOST_BY_SERVICE
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
+from mrs_simulator.vehicles import Team
+
+MOST_STEPS = 1000000  # [-] of one request
+
+
+class StageServices:
+    """Services that change a stage; its main loop answers them."""
+
+    def __init__(self, stage):
+        self._stage = stage
+        self._most_robots = max(int(read(MOST_BY_SERVICE)), stage.scenario.n)
+
+    def open(self):
+        """Open the services."""
+        self._services = [
+            self._service("~pause", SetBool, self._on_pause),
+            self._service("~step", StepStage, self._on_step),
+            self._service("~reset", Trigger, self._on_reset),
+            self._service("~set_speed", SetSpeed, self._on_set_speed),
+            self._service("~set_team", SetTeam, self._on_set_team),
+        ]
+
+    def _service(self, name, kind, handler):
+        ask = self._stage.requests.ask
+        return rospy.Service(name, kind, lambda request: ask(lambda: handler(request)))
+
+    def _on_pause(self, request):
+        stage = self._stage
+        stage.paused = request.data
+        stage.steps_asked = 0
+        stage.pacer.resume()
+        return "paused" if stage.paused else "running"
+
+    def _on_step(self, request):
+        stage = self._stage
+        if not stage.paused:
+            raise ValueError("the stage is running; pause it before stepping")
+        if not 1 <= request.steps <= MOST_STEPS:
+            raise ValueError("steps = {}: wanted from 1 to {}".format(request.steps, MOST_STEPS))
+        stage.steps_asked += request.steps
+        return "stepping {} times {:g} s".format(request.steps, stage.world.step_size)
+
+    def _on_reset(self, _):
+        stage = self._stage
+        stage.world.reset()
+        for part in stage.parts:
+            part.reset()
+        stage.after_change()
+        return "{} robots back at their initial poses".format(stage.world.n)
+
+    def _on_set_speed(self, request):
+        stage = self._stage
+        if not 0.0 <= request.speed < float("inf"):
+            raise ValueError("speed = {}: wanted 0 or a positive number".format(request.speed))
+        stage.pacer.set_speed(request.speed)
+        return "speed {:g}".format(request.speed) if request.speed else "as fast as possible"
+
+    def _on_set_team(self, request):
+        stage = self._stage
+        if len(request.robots) > self._most_robots:
+            text = "{} robots: wanted at most {}, the stage's parameter most_robots"
+            raise ValueError(text.format(len(request.robots), self._most_robots))
+        team = with_robots(stage.scenario, request.robots, stage.scenario_topic.stands_for)
+        stage.world.set_team(Team.from_scenario(team), team.poses, team.altitude)
+        stage.scenario = team
+        stage.after_change()
+        stage.window.reopen()
+        return "{} robots".format(stage.world.n)

@@ -15,7 +15,7 @@ import statistics
 import time
 from typing import NamedTuple
 
-from headless import scenario_of
+from headless import scenario_of, use_compiled
 from history import Report
 
 from mrs_simulator.protocols.formation.law import Formation
@@ -65,6 +65,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=150, metavar="N")
     parser.add_argument("--keep", action="store_true", help="append the figures to the history")
     arguments = parser.parse_args()
+    use_compiled(False)  # one drive alone could be
     n, report = arguments.robots, Report("mixed teams", arguments.keep)
     runs = {name: begin(kinds, n) for name, kinds in TEAMS.items()}
     turns = {name: [] for name in runs}

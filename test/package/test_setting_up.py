@@ -106,3 +106,21 @@ def test_a_system_without_ros_is_told_what_works(tmp_path):
     what, remedy = result.stderr.strip().split("\n")
     assert result.returncode == 2 and what.endswith("Ubuntu 24.04 LTS has no packages of it")
     assert "pip install . && mrs-simulator experiment paper.yaml" in remedy
+
+
+def test_what_ships_is_compiled_once_beside_the_demo(tmp_path):
+    programs, motion = tmp_path / ".venv" / "bin", tmp_path / "src/mrs_simulator/world/motion"
+    for folder in (programs, motion, tmp_path / "build"):
+        folder.mkdir(parents=True)
+    for name in ("stretches.py", "fused_stepping.py"):
+        (motion / name).write_text("")
+    (tmp_path / "requirements.txt").write_text("numba==1\n")
+    (programs / "python").write_text('#!/bin/sh\necho "$@"\n')
+    (programs / "python").chmod(0o755)
+    log = tmp_path / "build" / "compiled.log"
+    assert shell(tmp_path, "compile_ahead && wait").stdout == ""
+    assert log.read_text() == "-m mrs_simulator.study.run.compile_ahead\n"
+    log.unlink()
+    assert shell(tmp_path, "compile_ahead && wait").returncode == 0 and not log.exists()
+    (tmp_path / "requirements.txt").write_text("numba==2\n")
+    assert shell(tmp_path, "compile_ahead && wait").returncode == 0 and log.exists()

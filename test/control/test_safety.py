@@ -176,3 +176,20 @@ def test_the_slope_of_many_constraints_is_that_of_their_matrix(monkeypatch, caps
     if caps is None:
         forces = dual.excess(dual.free(0.0 * change)) - dual.excess(dual.free(change))
         np.testing.assert_allclose(forces, dense, atol=1e-12)
+
+
+def test_what_breaks_no_bound_is_not_solved_for(monkeypatch):
+    points = np.array([[0.0, 0.0], [1.6, 0.0], [0.1, 4.0]])
+    wanted = np.array([[0.25, 0.4], [-0.25, -0.4], [0.0, 0.3]])
+
+    def passed():
+        return safety.safe_velocities(wanted, points, 1.0, 0.05)
+
+    solved = []
+    nearest = safety._nearest
+    monkeypatch.setattr(safety, "_nearest", lambda *a: solved.append(a) or nearest(*a))
+    quick = passed()
+    assert not solved
+    monkeypatch.setattr(safety, "LEAST", -np.inf)
+    assert passed().tobytes() == quick.tobytes() and solved
+    assert (quick != wanted).any()  # they turn aside

@@ -31,6 +31,9 @@ def lengths(a):
 
     To the bit ``np.linalg.norm(a, axis=-1)``, in less time.
     """
+    if a.shape[-1] == 2:
+        x, y = a[..., 0], a[..., 1]
+        return np.sqrt(x * x + y * y)
     return np.sqrt((a * a).sum(axis=-1))
 
 
@@ -71,10 +74,21 @@ def least_distances(apart):
 
     ``apart`` (k + 1, p, d): from one point of each pair to the other, before and after each move.
     """
+    if apart.shape[2] == 2:
+        return _least_in_the_plane(apart[..., 0], apart[..., 1])
     begin, move = apart[:-1], apart[1:] - apart[:-1]
     size = np.maximum((move * move).sum(axis=2), 1e-300)
     share = np.minimum(np.maximum(-(begin * move).sum(axis=2) / size, 0.0), 1.0)
     return lengths(begin + share[:, :, np.newaxis] * move)
+
+
+def _least_in_the_plane(x, y):
+    """As :func:`least_distances`, of coordinates (k + 1, p): rows of two numbers are slow to sum."""
+    begin_x, begin_y, move_x, move_y = x[:-1], y[:-1], x[1:] - x[:-1], y[1:] - y[:-1]
+    size = np.maximum(move_x * move_x + move_y * move_y, 1e-300)
+    share = np.minimum(np.maximum(-(begin_x * move_x + begin_y * move_y) / size, 0.0), 1.0)
+    x, y = begin_x + share * move_x, begin_y + share * move_y
+    return np.sqrt(x * x + y * y)
 
 
 def _grid_pairs(position, size):

@@ -21,6 +21,7 @@ SWEEPS = 400  # [-] most steps of the solver by gradients
 FEW = 100  # [-] active constraints up to which the equations' matrix is made: its products are cheap then
 RESIDUAL = 1e-12  # [-] that is left of linear equations
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
+LEAST = 5e-11  # [m/s] beyond its limit a constraint asks for no solution: less than any tolerance
 
 
 def margins(points, distance, squash=None, within=np.inf):
@@ -30,9 +31,16 @@ def margins(points, distance, squash=None, within=np.inf):
     ``within`` [m]: the distance from which on pairs are left out.
     """
     points = points if squash is None else points * squash
-    first, second = all_pairs(len(points)) if within == np.inf else close_pairs(points, within)
-    apart, distance = points[first] - points[second], of_pairs(distance, first, second)
-    return np.einsum("ij,ij->i", apart, apart) - distance * distance, first, second
+    return _margins(points, distance, within)[:3]
+
+
+def _margins(seen, distance, within):
+    """Return ``margins`` of the places ``seen`` (n, d), the pairs' differences of place, (m, d), and their
+    ``distance``, (m,) or a number."""
+    first, second = all_pairs(len(seen)) if within == np.inf else close_pairs(seen, within)
+    apart = seen.take(first, axis=0) - seen.take(second, axis=0)
+    needed = of_pairs(distance, first, second)
+    return np.einsum("ij,ij->i", apart, apart) - needed * needed, first, second, apart, needed
 
 
 def of_pairs(distance, first, second):
@@ -95,14 +103,28 @@ def _among(wanted, terms, within, swirl, bounds, speed):
         return capped(wanted, speed)
     seen = points if squash is None else points * squash
     wanted = _turned_aside(wanted, _beside(wanted, seen, distance, near, pairs, bounds), swirl)
+    velocity, pressure = wanted, rows.pressure(wanted)
+    if (near & (pressure > rows.limit + LEAST)).any() or _is_beyond(speed, wanted):
+        velocity, pressure = _solution(wanted, rows, near, speed)
     while True:
-        velocity = _nearest(wanted, rows.part(near), speed)
-        pressure = rows.pressure(velocity)
         # A robot that is pushed aside may be pushed towards one that it did not head for.
         pushed = ~near & (pressure > rows.limit)
         if not pushed.any():
             return velocity * _feasible_shares(velocity, rows, pressure, bounds.comes.any())
         near |= pushed
+        velocity, pressure = _solution(wanted, rows, near, speed)
+
+
+def _solution(wanted, rows, near, speed):
+    """Return the velocities (n, d) nearest to ``wanted`` under the rows that are ``near``, and what they
+    make of all rows, (m,)."""
+    velocity = _nearest(wanted, rows.part(near), speed)
+    return velocity, rows.pressure(velocity)
+
+
+def _is_beyond(speed, velocity):
+    """Return whether any of ``velocity`` (n, d) is beyond the caps ``speed`` (n,) [m/s], None for none."""
+    return speed is not None and bool((lengths(velocity) > speed).any())
 
 
 def filter_acts(
@@ -203,9 +225,10 @@ def _most_distant(speed, distance, period, gamma, squash, brakes):
 
 
 def _pair_rows(points, distance, period, gamma, squash=None, brakes=None, within=np.inf):
-    margin, first, second = margins(points, distance, squash, within)
-    apart = points[first] - points[second]
-    apart = apart if squash is None else apart * squash**2
+    seen = points if squash is None else points * squash
+    margin, first, second, apart, needed = _margins(seen, distance, within)
+    if squash is not None:
+        apart = (points[first] - points[second]) * squash**2
     # Each row divided by its length.
     far = np.maximum(lengths(apart), 1e-9)
     size = 2.0 * np.sqrt(2.0) * far
@@ -213,9 +236,8 @@ def _pair_rows(points, distance, period, gamma, squash=None, brakes=None, within
     if brakes is None:
         most = gamma * margin**3
     else:
-        needed = of_pairs(distance, first, second)
-        seen = np.sqrt(np.maximum(margin + needed * needed, 0.0))
-        most = 2.0 * far * brakes.closing(seen - needed, first, second)
+        gap = np.sqrt(np.maximum(margin + needed * needed, 0.0)) - needed
+        most = 2.0 * far * brakes.closing(gap, first, second)
         # In units of the robots' size, so that the solution scales with it.
         most = np.minimum(most, gamma * margin**3 / needed**4)
     limit = np.minimum(most, margin / period) / size
@@ -244,18 +266,21 @@ def _beside(wanted, points, distance, near, pairs, bounds):
     From 0 at ``HEEDS`` kept distances to 1 at one of them, times the cosine between ``wanted`` (n, d) and
     the way to the other.  Nearer than ``bounds.turns`` to what they head for it is ``LITTLE`` at least.
     """
-    share, first, second = np.zeros(len(points)), pairs.first, pairs.second
+    share, met = np.zeros(len(points)), np.flatnonzero(near[: len(pairs.first)])
+    first, second = pairs.first.take(met), pairs.second.take(met)
     size = np.maximum(lengths(wanted), 1e-300)
-    apart = points[first] - points[second]
+    apart = points.take(first, axis=0) - points.take(second, axis=0)
     gap = np.maximum(lengths(apart), 1e-9)
-    needed = of_pairs(distance, first, second)
-    close = np.clip((HEEDS - gap / needed) / (HEEDS - 1.0), 0.0, 1.0) * near[: len(first)] / gap
+    close = (HEEDS - gap / of_pairs(distance, first, second)) / (HEEDS - 1.0)
+    heeds = np.flatnonzero(close > 0.0)
+    first, second, apart = first.take(heeds), second.take(heeds), apart.take(heeds, axis=0)
+    close = np.minimum(close.take(heeds), 1.0) / gap.take(heeds)
     for rows, way in ((first, -apart), (second, apart)):
-        ahead = np.einsum("ij,ij->i", way, wanted[rows]) / size[rows]
+        ahead = np.einsum("ij,ij->i", way, wanted.take(rows, axis=0)) / size.take(rows)
         np.maximum.at(share, rows, close * ahead)
     if len(bounds.gap):
         ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
-        turned = bounds.robot[near[len(first) :] & ahead & (bounds.gap < bounds.turns)]
+        turned = bounds.robot[near[len(pairs.first) :] & ahead & (bounds.gap < bounds.turns)]
         share[turned] = np.maximum(share[turned], LITTLE / SWIRL)
     return share
 
@@ -402,16 +427,16 @@ def _solved(matrix, right):
     They need no LAPACK, whose threads cost more than so few rows.
     """
     x, left = np.zeros(len(right)), right
-    along, size = left, np.dot(left, left)
+    along, size = left, left.dot(left)
     least = RESIDUAL * RESIDUAL * size
     for _ in range(2 * len(right)):
         moved = matrix(along)
-        curved = np.dot(along, moved)
+        curved = along.dot(moved)
         if size <= least or curved <= 0.0:
             break
         x = x + size / curved * along
         left = left - size / curved * moved
-        before, size = size, np.dot(left, left)
+        before, size = size, left.dot(left)
         along = left + size / before * along
     return x
 

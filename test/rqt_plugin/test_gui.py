@@ -621,3 +621,24 @@ else:
     raise AssertionError(found)
 """
     )
+
+
+ONE_CLICK = """
+gui.study.edited.scenario = gui.scenario._replace(duration=2.0)
+gui.bar.set_speed(0)
+judged, take = [], gui.verdict.set_verdict
+gui.verdict.set_verdict = lambda found: judged.append(found) or take(found)
+for runs in (1, 2):
+    click("run")
+    until(lambda: len(judged) == runs)
+    assert gui.connection.newest("stage").paused and gui.results_tabs.currentWidget() is gui.verdict
+"""
+
+
+def test_one_click_runs_the_scenario_over_ros_and_another_does_so_again(gui, tmp_path):
+    gui(ONE_CLICK)
+    runs = [read_run(str(path)) for path in (tmp_path / "mrs_runs" / "unsaved").iterdir()]
+    assert len(runs) == 2
+    for run in runs:  # from where the scenario begins
+        assert run.pose[0].tolist() == runs[0].pose[0].tolist()
+        assert run.time[0] == 0.0 and run.time[-1] >= 1.95

@@ -113,7 +113,7 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     until(lambda: len(gui.history.time))
     save(sys.argv[2])
     assert gui.history._stride > 1
-    assert not gui.bar.button("preflight").isVisible() and gui.bar.button("control").isVisible()
+    assert not gui.bar.button("preflight").isVisible() and gui.bar.singly.isVisible()
     details = gui.program_control._panels.programs.details
     assert not details.isTabEnabled(1) and "without ROS" in details.tabToolTip(1)
     assert "ros" not in gui.program_control._panels.programs.command.placeholderText()
@@ -133,6 +133,28 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
         assert alone == window
     assert (tmp_path / "window" / "trajectories.pdf").exists()
     assert "without ROS: real robots and bags need mrs_gui" in output
+
+
+def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_again(tmp_path):
+    code = """
+    gui.bar.set_speed(0)
+    judged, take = [], gui.verdict.set_verdict
+    gui.verdict.set_verdict = lambda found: judged.append(found) or take(found)
+    click("run")
+    until(lambda: len(judged) == 1)
+    assert gui.results_tabs.currentWidget() is gui.verdict and connection.newest("stage").paused
+    click("run")
+    until(lambda: not gui.bar.button("run").isEnabled())
+    until(lambda: len(judged) == 2)
+    """
+    scenario = load_scenario(PAPER)._replace(duration=2.0)
+    path = tmp_path / "four.yaml"
+    path.write_text(scenario.to_yaml())
+    in_window(code, path, tmp_path)
+    run_experiment(scenario, str(tmp_path / "alone"), formats=())
+    wanted = (tmp_path / "alone" / "run.csv").read_bytes()
+    runs = list(tmp_path.glob("mrs_runs/unsaved/*/run.csv"))
+    assert [run.read_bytes() for run in runs] == 2 * [wanted]
 
 
 def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):

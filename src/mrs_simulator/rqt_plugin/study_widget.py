@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.status import Status
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
+from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
 from mrs_simulator.scenario.scenario import Scenario, scenario_from_yaml
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
@@ -47,7 +48,8 @@ class StudyWidget(StudyPanels):
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
         self.history.before_clearing = guarded(self.results.keep_unsaved)
-        self.status_line = Status(self, self.study, self.results, self.trial)
+        self.whole = WholeRun(self.study, self.history, self.results, self.say)
+        self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
         self.bar.asked.connect(self._on_asked)
         self.bar.speed_chosen.connect(self._on_speed)
         self.bar.emergency.connect(self._on_emergency)
@@ -91,7 +93,12 @@ class StudyWidget(StudyPanels):
             return
         before = self.scenario
         self.close_error()  # that of what was done before
-        self.say(self.study.do(name, self.bar.speed()))
+        if name == "run":
+            self.say(self.whole.begin(self.bar.speed()))
+        else:
+            self.say(self.study.do(name, self.bar.speed()))
+        if name in ("reset", "end", "stop"):
+            self.whole.give_up()
         if self.scenario is not before:  # that of a stage that was started elsewhere
             self.editing.show()
         self._show_checking()
@@ -130,6 +137,7 @@ class StudyWidget(StudyPanels):
             self._on_result(name, success, answer)
         for text in self.study.ended_processes():
             self.say(text)
+        self.whole.follow()
         self.program_control.follow()
         for text in self._errors.take():
             self.say(ErrorMessage(text))
@@ -149,6 +157,7 @@ class StudyWidget(StudyPanels):
             self.pending_graph.answered(success)
         if name == "set_team":
             self.pending_team.answered()
+        self.whole.answered(name, success)
         if name == "save" and self.results.ended(success, answer):
             return
         self.say(answer if name == "keep" else self.study.take_result(name, success, answer))

@@ -9,6 +9,7 @@ from mrs_simulator.rqt_plugin.qt.QtGui import QKeySequence
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
     QFrame,
+    QMenu,
     QPushButton,
     QShortcut,
     QToolButton,
@@ -20,6 +21,12 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 SPEEDS = ("0.1", "0.5", "1", "2", "5", "10", "20", "0")
 # name, text, key, what it does
 ACTIONS = (
+    (
+        "run",
+        "Run",
+        "F5",
+        "Run the scenario from its beginning for its duration, and judge the run",
+    ),
     (
         "simulate",
         "Start simulation",
@@ -46,6 +53,7 @@ ACTIONS = (
     ("bag", "Record bag", "Ctrl+B", "Start or end a rosbag of the run in ~/mrs_runs"),
     ("save", "Save...", "Ctrl+S", "Save data, figures, verdict and scenario"),
 )
+SINGLE = ("simulate", "control", "stop")  # in a menu, unless robots are real
 FASTER, SLOWER = ("Ctrl++", "Ctrl+="), ("Ctrl+-",)
 SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} slower)".format(
     FASTER[0], SLOWER[0]
@@ -70,13 +78,16 @@ class RunBar(QWidget):
         super().__init__(parent)
         row = FlowLayout(self)
         row.setContentsMargins(2, 2, 2, 2)
-        self._buttons, self._tips = {}, {"speed": SPEED_TIP}
+        self._buttons, self._tips, self._entries = {}, {"speed": SPEED_TIP}, {}
         for name, text, key, meaning in ACTIONS:
             if name in BREAKS:
                 row.add_gap(_line())
             row.addWidget(self._button(owner, name, text, key, meaning))
             if name == "end":
                 row.addWidget(self._build_speed(owner))
+                row.addWidget(self._build_menu())
+        self._emphasize(self._buttons["run"])
+        self.show_singly(False)
         row.add_corner(self._build_emergency())
         self._stop_key = None
 
@@ -127,6 +138,33 @@ class RunBar(QWidget):
         self._buttons[name] = button
         return button
 
+    @staticmethod
+    def _emphasize(button):
+        font = button.font()
+        font.setBold(True)
+        button.setFont(font)  # a style sheet would change the size only once it is shown
+        button.setText("\u25b6 " + button.text())
+
+    def _build_menu(self):
+        self.singly, menu = QToolButton(), QMenu(self)
+        self.singly.setText("Singly")
+        self.singly.setToolTip("Start and stop simulation and controller, each by itself")
+        self.singly.setPopupMode(QToolButton.InstantPopup)
+        menu.setToolTipsVisible(True)
+        for name, text, key, _ in ACTIONS:
+            if name in SINGLE:
+                self._entries[name] = entry = menu.addAction("{}\t{}".format(text, key))
+                entry.triggered.connect(guarded(lambda *_, name=name: self.asked.emit(name)))
+        self.singly.setMenu(menu)
+        return self.singly
+
+    def show_singly(self, shown):
+        """Show, in place of their menu, the buttons that start and stop one program each."""
+        if self.singly.isHidden() != shown or self._buttons["control"].isHidden() == shown:
+            self.singly.setHidden(shown)
+            for name in SINGLE:
+                self._buttons[name].setHidden(not shown)
+
     def _build_speed(self, owner):
         self._speed = QComboBox()
         self._speed.setToolTip(SPEED_TIP)
@@ -174,16 +212,21 @@ class RunBar(QWidget):
         """Enable or disable the action ``name``, or "speed"; ``remark``: why, in the tooltip."""
         widget = self.button(name)
         widget.setEnabled(enabled)
+        if name in self._entries:
+            self._entries[name].setEnabled(enabled)
         tip = self._tips[name]
         if remark:
             tip += "\n{}{}".format("" if enabled else "Not now: ", remark)
         if tip != widget.toolTip():
             widget.setToolTip(tip)
+            if name in self._entries:
+                self._entries[name].setToolTip(tip)
 
     def hide_absent(self, absent):
         """Hide the buttons of actions that are ``absent``."""
-        for name, button in self._buttons.items():
-            button.setVisible(name not in absent)
+        for name in absent:
+            if name in self._buttons:
+                self._buttons[name].hide()
 
     def set_paused(self, paused):
         """Show what the pause button would do now."""

@@ -1,5 +1,6 @@
 """Writes a run's data, figures and verdict; without Qt."""
 
+import itertools
 import os
 import re
 import shutil
@@ -100,6 +101,20 @@ class RunFiles:
         for written in self._keeping:
             written.wait(max(0.0, end - time.monotonic()))
 
+    def unsaved_directory(self, history):
+        """Return a new directory's path for the run in ``history`` that the user has not saved.
+
+        The oldest of them make room for it.
+        """
+        folder = os.path.join(self.results_directory(), KEPT)
+        if os.path.isdir(folder):
+            _make_room(folder, MOST_KEPT - 1)
+        wanted = path = os.path.join(folder, _named(self.ran(history)[0]))
+        for count in itertools.count(2):  # a fast run may take less than a second
+            if not os.path.exists(path):
+                return path
+            path = "{}_{}".format(wanted, count)
+
     def _to_keep(self, history):
         """Return a function that writes the data of an unsaved run and returns a message."""
         folder = os.path.join(self.results_directory(), KEPT)
@@ -113,9 +128,7 @@ class RunFiles:
         try:
             os.makedirs(directory, exist_ok=True)
             path = write()
-            runs = sorted(os.scandir(folder), key=lambda entry: entry.stat().st_mtime)
-            for entry in runs[:-MOST_KEPT]:
-                shutil.rmtree(entry.path, ignore_errors=True)
+            _make_room(folder, MOST_KEPT)
         except OSError as error:
             return ErrorMessage("the previous run was not saved, and is lost: {}".format(error))
         return "the previous run was not saved; its data is kept in {}".format(path)
@@ -197,6 +210,13 @@ class RunFiles:
         meta.update({"ended": ended} if ended else {})
         # Collisions of real robots are not measured.
         return dict(meta, collisions_unknown=True) if real else meta
+
+
+def _make_room(folder, most):
+    """Remove the oldest runs in ``folder`` but for ``most`` of them."""
+    runs = sorted(os.scandir(folder), key=lambda entry: entry.stat().st_mtime)
+    for entry in runs[: max(0, len(runs) - most)]:
+        shutil.rmtree(entry.path, ignore_errors=True)
 
 
 def _named(scenario):

@@ -33,6 +33,11 @@ class Results:
             )
             self._files.ask(TITLE, start, "", self.save, saves=True)
 
+    def judge(self):
+        """Save the run among those that the user did not save, and show the verdict."""
+        if not self._nothing_to_save():
+            self.save(self._study.files.unsaved_directory(self._history))
+
     def save(self, directory):
         """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``."""
         if not self._nothing_to_save():

@@ -5,19 +5,19 @@ import html
 GOOD = {True: "#2e8b57", False: "#c00000", None: "#888888"}  # colour of a light
 LATCHED = (
     "EMERGENCY STOP: no controller moves any robot. Press RELEASE STOP to release it, and then "
-    "Start controller."
+    "Start controller to go on, or Run."
 )
 UNTIMELY = (
-    "{}. This run gets no verdict: choose a slower speed in the box beside Start controller, press Reset, "
-    "and start again."
+    "{}. This run gets no verdict: choose a slower speed in the box beside End, and press Run."
 )
 
 
 class Status:
     """Status line, enabled buttons, and the banners of emergency stop, hanging law and timing."""
 
-    def __init__(self, panels, study, results, trial):
-        """``trial``: the ``LawTrial``, during which nothing can be done."""
+    def __init__(self, panels, study, results, trial, whole):
+        """``trial``: the ``LawTrial``, during which nothing can be done; ``whole``: the ``WholeRun``."""
+        self._whole = whole
         self._panels, self._study, self._results, self._trial = panels, study, results, trial
 
     def show(self):
@@ -48,6 +48,9 @@ class Status:
         actions = state.actions()
         if self._results.can_be_saved():
             actions["save"] = True, ""
+        why = self._whole.no_run()
+        actions["run"] = not why, why
+        panels.bar.show_singly(bool(state.real()))
         if self._trial.is_under_way:
             actions = dict.fromkeys(actions, (False, "a protocol is being loaded"))
         for name, (possible, remark) in actions.items():

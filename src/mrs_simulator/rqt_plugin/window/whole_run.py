@@ -1,0 +1,98 @@
+"""One run by one button: simulation, controller, the scenario's duration, verdict."""
+
+import time
+
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.study_state import START_LIMIT
+
+ELSEWHERE = "a simulation runs that was started elsewhere: start the controller singly"
+LATE = "no run: the {} did not start within {:g} s"
+ENOUGH = 1e-6  # [s] that a run's end may lack
+
+
+class WholeRun:
+    """Starts what a run needs, step by step, and ends with its verdict.
+
+    Whatever else ends the run, such as Stop, End or a law that fails, ends this, too.
+    """
+
+    def __init__(self, study, history, results, say):
+        """``results``: the ``Results``; ``say``: shows a message."""
+        self._study, self._history, self._results, self._say = study, history, results, say
+        self._waits, self._since = "", 0.0  # for what, and since when, "" while no run is under way
+
+    def no_run(self):
+        """Return why a run cannot begin now, or ""."""
+        state, here = self._study.state, self._study.processes.is_running("stage")
+        if self._waits:
+            return "a run is under way"
+        if state.real():
+            return "real robots are checked first: use Start controller"
+        if state.is_emergency():
+            return "release the emergency stop first"
+        if state.hangs():
+            return "the controller {}: end it first".format(state.hangs())
+        if self._study.connection.is_fresh("stage"):
+            return "" if here else ELSEWHERE
+        return state.actions()["simulate"][1]
+
+    def begin(self, speed):
+        """Begin a run at ``speed``; robots of one before return to where they began."""
+        why = self.no_run()
+        if why:
+            return ErrorMessage("no run: " + why)
+        connection = self._study.connection
+        if not connection.is_fresh("stage"):
+            said = self._study.do("simulate", speed)
+            self._wait_for("" if isinstance(said, ErrorMessage) else "simulation")
+            return said
+        if self._study.is_controlled():
+            self._study.do("stop")
+        self._study.do("reset")
+        connection.ask("pause", False)
+        self._wait_for("reset")
+        return ""
+
+    def answered(self, name, success):
+        """Take in the answer to the request ``name``."""
+        if name == self._waits == "reset":
+            self._wait_for("simulation" if success else "")
+
+    def give_up(self):
+        """Let what runs go on, without an end and a verdict of itself."""
+        self._waits = ""
+
+    def _wait_for(self, what):
+        self._waits, self._since = what, time.monotonic()
+
+    def follow(self):
+        """Go on with the next step where the last one is done."""
+        if self._waits in ("reset", "simulation", "controller"):
+            self._follow_start()
+        elif self._waits == "end":
+            self._follow_run()
+
+    def _follow_start(self):
+        if self._study.is_controlled() and self._waits == "controller":
+            self._wait_for("end")
+        elif self._waits == "simulation" and not self._study.state.no_start():
+            said = self._study.do("control")
+            self._say(said)
+            self._wait_for("" if isinstance(said, ErrorMessage) else "controller")
+        elif time.monotonic() - self._since > START_LIMIT:
+            self._say(ErrorMessage(LATE.format(self._waits, START_LIMIT)))
+            self._waits = ""
+
+    def _follow_run(self):
+        connection, history = self._study.connection, self._history
+        if not self._study.is_controlled():
+            self._waits = ""  # stopped, or failed: messages say why
+            return
+        snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
+        if history.begun is None or snapshot is None:
+            return
+        if snapshot.time - history.begun >= ran.duration - ENOUGH:
+            self._waits = ""
+            if not connection.newest("stage").paused:
+                self._study.do("pause")
+            self._results.judge()

@@ -182,8 +182,7 @@ def _velocities(control, run):
     """Return mean body velocities (m - 1, n, 4) between samples: as commanded, and as recorded."""
     duration = np.diff(run.time)[:, np.newaxis]
     drift = current_of(control, run)[:, :2] @ [1.0, 1j]
-    z = np.zeros(run.pose.shape[:2])
-    z = z if run.spatial is None or control.dimension == 2 else run.spatial.z
+    z = np.zeros(run.pose.shape[:2]) if control.dimension == 2 else run.heights
     recorded = np.concatenate([run.pose, z[..., np.newaxis]], axis=2)
     asked = _body_speeds(duration, *commanded_ways(control, run), 0.0)
     return asked, _body_speeds(duration, recorded[:-1], recorded[1:], drift)

@@ -25,8 +25,7 @@ def impossibilities(run):
 
 
 def _jumps(run, team):
-    z = None if run.spatial is None else run.spatial.z
-    found = first_jump(run.time, _standing(run), team.speeds[:, 0], z)
+    found = first_jump(run.time, _standing(run), team.speeds[:, 0], run.z)
     if found is None:
         return None
     sample, row, distance = found
@@ -52,7 +51,7 @@ def _overlaps(run, team):
     inner = np.minimum(np.minimum(outline.front, outline.rear), 0.5 * np.asarray(outline.width))
     inner = np.broadcast_to(inner, (team.n,))
     tall = np.array([kind.body.height for kind in team.kinds])
-    found = first_overlap(run.pose, inner, None if run.spatial is None else run.spatial.z, tall)
+    found = first_overlap(run.pose, inner, run.z, tall)
     if found is None:
         return None
     sample, i, j, distance = found

@@ -166,7 +166,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedienc
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
     scenario = run.scenario
-    closest = closest_approach(run.pose, None if run.spatial is None else run.spatial.z)
+    closest = closest_approach(run.pose, run.z)
     if "closest_approach" in run.meta:
         closest = min(closest, run.meta["closest_approach"])
     wrong = any(check.passed is False for check in checks)

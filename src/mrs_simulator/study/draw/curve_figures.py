@@ -38,7 +38,7 @@ def draw_states(figure, run, component, prediction=None, axes=None):
     if component == "z":
         if prediction is not None and predicted_of(run, prediction)[1].shape[2] < 3:
             prediction = None  # theory of the plane
-        values = run.spatial.z
+        values = run.z
     else:
         values = points_of(run, prediction)[:, :, column]
     _draw_curves(axes, run, values)

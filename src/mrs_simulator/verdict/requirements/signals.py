@@ -34,8 +34,7 @@ def signal_of(name, control, run):
 
 def _places(run):
     """Return the robots' centres in space, (m, n, 3) [m]."""
-    height = np.zeros(run.pose.shape[:2]) if run.spatial is None else run.spatial.z
-    return np.dstack([run.pose[:, :, :2], height])
+    return np.dstack([run.pose[:, :, :2], run.heights])
 
 
 def _pairs(run):

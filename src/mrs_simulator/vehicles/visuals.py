@@ -10,6 +10,7 @@ import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.importing.placing import transform_at
+from mrs_simulator.vehicles.importing.xml_reading import numbers_text
 from mrs_simulator.vehicles.portable import model_shape
 from mrs_simulator.vehicles.shape import outline_parts, ride_height
 
@@ -57,15 +58,11 @@ def description(kind):
     link = ElementTree.SubElement(robot, "link", name="base_link")
     for place, part in enumerate(visual_parts(kind)):
         visual = ElementTree.SubElement(link, "visual")
-        where = {"xyz": _text(part.place[:3]), "rpy": _text(part.place[3:])}
+        where = {"xyz": numbers_text(part.place[:3]), "rpy": numbers_text(part.place[3:])}
         ElementTree.SubElement(visual, "origin", where)
         geometry = ElementTree.SubElement(visual, "geometry")
-        sizes = (_text(part.size),) if part.form == "box" else map(repr, part.size)
+        sizes = (numbers_text(part.size),) if part.form == "box" else map(repr, part.size)
         ElementTree.SubElement(geometry, part.form, dict(zip(SIZES[part.form], sizes)))
         material = ElementTree.SubElement(visual, "material", name="part_{}".format(place))
-        ElementTree.SubElement(material, "color", rgba=_text(part.colour))
+        ElementTree.SubElement(material, "color", rgba=numbers_text(part.colour))
     return ElementTree.tostring(robot, encoding="unicode")
-
-
-def _text(numbers):
-    return " ".join(repr(float(number)) for number in numbers)

@@ -6,10 +6,14 @@ from mrs_simulator.core.blocks import blocks
 from mrs_simulator.protocols.curves import NOTHING, Balance, dissipated
 from mrs_simulator.protocols.published.laws import MOST_PAIRS
 from mrs_simulator.record.recording import part_of
-from mrs_simulator.verdict.law.published_checks import ESTIMATED, REBUILT, at_limit
+from mrs_simulator.verdict.law.published_checks import (
+    ESTIMATED,
+    REBUILT,
+    at_limit,
+    samples_on_commands,
+)
 
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
-WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
 DIGITS = 1e-14  # [-] of the largest energy: what is left of its digits where it grows
 # [-] of the energy that arcs and slip may cost where samples beside commands do not show it.
@@ -155,12 +159,6 @@ def _stilled(law, start):
         return (wanted & ~velocity.any(axis=2)).any(axis=1)
 
     return found
-
-
-def samples_on_commands(control, run):
-    """Return the samples, rows of ``run``, that fall on a command."""
-    count = (run.time - run.time[0]) / control.period
-    return np.flatnonzero(np.abs(count - np.round(count)) < WHOLE * np.maximum(count, 1.0))
 
 
 def _work(law, run, control):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.blocks import blocks
-from mrs_simulator.core.neighbours import close_pairs
+from mrs_simulator.core.neighbours import close_pairs, lengths
 
 SLACK = 0.3  # [m] by which a robot may be farther than its top speed explains: pushes, noise
 MARGIN = 1.5  # [-] by which it may be faster
@@ -16,7 +16,7 @@ def jump(before, after, dt, speeds):
     ``before``, ``after``: poses (n, 3) [m, m, rad], ``dt`` [s] apart; ``speeds`` (n,) [m/s]: the
     robots' top speeds, ``inf`` where unknown.
     """
-    moved = _lengths(after[:, :2] - before[:, :2])
+    moved = lengths(after[:, :2] - before[:, :2])
     excess = moved - SLACK - MARGIN * np.asarray(speeds) * max(dt, 0.0)
     row = int(np.argmax(excess)) if len(excess) else 0
     return (row, float(moved[row])) if len(excess) and excess[row] > 0.0 else None
@@ -31,7 +31,7 @@ def first_jump(time, pose, speeds, z=None):
     for some in blocks(len(time) - 1, pose.shape[1]):
         rows = slice(some.start, some.stop + 1)
         places = pose[rows, :, :2] if z is None else np.dstack([pose[rows, :, :2], z[rows]])
-        moved = _lengths(np.diff(places, axis=0))
+        moved = lengths(np.diff(places, axis=0))
         reach = SLACK + MARGIN * np.asarray(speeds) * np.diff(time[rows])[:, np.newaxis]
         found = np.argwhere(moved > reach)
         if len(found):
@@ -54,7 +54,7 @@ def first_overlap(pose, inner, z=None, tall=0.0):
         if not np.isfinite(points).all():
             continue
         first, second = close_pairs(points, largest)
-        apart = _lengths(points[second] - points[first])
+        apart = lengths(points[second] - points[first])
         near = apart < inner[first] + inner[second] - PRESSED
         if z is not None:
             low, high = z[sample], z[sample] + tall
@@ -65,7 +65,3 @@ def first_overlap(pose, inner, z=None, tall=0.0):
             pair = wrong[np.argmin(apart[wrong])]
             return sample, int(first[pair]), int(second[pair]), float(apart[pair])
     return None
-
-
-def _lengths(vectors):
-    return np.sqrt((vectors * vectors).sum(axis=-1))

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from mrs_simulator.vehicles.arms.models import data_file
-from mrs_simulator.vehicles.importing.xml_reading import parse_xml, read_text
+from mrs_simulator.vehicles.importing.xml_reading import numbers_text, parse_xml, read_text
 
 SHORT, THICK = 0.02, 0.05  # [m] length from which a link is touched; radius of what is touched
 PREFIX = "arm/"  # of the arm's links and joints
@@ -73,17 +73,13 @@ def _rods(chain):
         # z of the cylinder comes to lie along the link: pitch, then yaw.
         turn = 0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))
         rod = ElementTree.Element("collision")
-        where = {"xyz": _text(0.5 * end), "rpy": _text(turn)}
+        where = {"xyz": numbers_text(0.5 * end), "rpy": numbers_text(turn)}
         ElementTree.SubElement(rod, "origin", where)
         geometry = ElementTree.SubElement(rod, "geometry")
         size = {"radius": repr(THICK), "length": repr(length)}
         ElementTree.SubElement(geometry, "cylinder", size)
         found[name] = rod
     return found
-
-
-def _text(numbers):
-    return " ".join(repr(float(number)) for number in numbers)
 
 
 def _prefixed(joint, moving):

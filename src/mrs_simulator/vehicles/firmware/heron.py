@@ -5,7 +5,6 @@ import numpy as np
 from mrs_simulator.core.kinematics import wrap_angle
 
 COURSE_GAIN = 0.3  # [1/s] of the heading's error
-CONTROLLED = np.full(4, np.nan)  # efforts of a boat under its controllers alone
 
 
 def drive(left, right):

@@ -98,3 +98,8 @@ def numbers(text, count, where, above=None, low=None):
 def _titled(element):
     name = element.get("name")
     return element.tag if name is None else "{} {}".format(element.tag, shown(name))
+
+
+def numbers_text(numbers):
+    """Return ``numbers`` as an attribute of URDF has them."""
+    return " ".join(repr(float(number)) for number in numbers)

@@ -53,7 +53,7 @@ def exactness_claims(control, run, exact, followed=None):
     law, claims = published_law(control), []
     if law is None:
         return _by_sensors(control, run)
-    rows = _rows(control, run)
+    rows = samples_on_commands(control, run)
     every = 1 < len(rows) == len(run.time) and _commands_between(control, run, 0, 1) == 1
     by_one = law.SEES != "past" and not control.links.faults
     known = by_one or (every and law.SEES != "pose")
@@ -85,7 +85,7 @@ def _by_sensors(control, run):
         unproved = "the published law is not stated over edges with faults"
 
     def error(run):
-        rows = _rows(control, run)
+        rows = samples_on_commands(control, run)
         robots = robots_of(control)
         pairs = sensed_pairs(control, robots, law, run, as_known(control, run), rows)
         found = _largest_share(robots, pairs)
@@ -193,7 +193,10 @@ def _of_drift(control, law, run):
     """
     if law.SEES != "now" or control.links.faults:
         return 0.0
-    rows, robots = _spread(_rows(control, run), _most_rows(law, run)), robots_of(control)
+    rows, robots = (
+        _spread(samples_on_commands(control, run), _most_rows(law, run)),
+        robots_of(control),
+    )
     memory, time = law.begin(run.hand[0]), run.time - run.time[0]
     worst = largest = 0.0
     for row in rows:
@@ -301,7 +304,7 @@ def command_error(control, law, run, followed=None):
     ``MOST_CHECKED`` pairs of robots are looked at, over samples that are spread evenly.  ``followed``: the
     run of the robots under the law, if it is known, which shows what a law remembers at limits.
     """
-    rows, most = _rows(control, run), _most_rows(law, run)
+    rows, most = samples_on_commands(control, run), _most_rows(law, run)
     robots = robots_of(control)
     if control.links.faults or law.SEES == "past":
         wanted_of = _wanted_by_listeners(control, law, robots, run, rows[:most])
@@ -318,7 +321,7 @@ def rebuilt(control, law, run):
     the next order, and by slip: as much of it as the line misses where it all comes at once at either end,
     and less where it comes bit by bit.  The two may have cancelled out in part: allowed is twice that.
     """
-    rows = _spread(_rows(control, run), _most_rows(law, run))
+    rows = _spread(samples_on_commands(control, run), _most_rows(law, run))
     robots = robots_of(control)
     ways = [_wanted(control, law, robots, run, rows, straight=each) for each in (True, False)]
     return 2.0 * _largest_share(robots, ((line, own) for (_, line), (_, own) in zip(*ways)))
@@ -343,7 +346,7 @@ def _spread(rows, most):
     return rows[:: -(-len(rows) // most)]
 
 
-def _rows(control, run):
+def samples_on_commands(control, run):
     """Return the samples, rows of ``run``, that fall on a command."""
     count = (run.time - run.time[0]) / control.period
     return np.flatnonzero(np.abs(count - np.round(count)) < WHOLE * np.maximum(count, 1.0))

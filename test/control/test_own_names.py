@@ -1,5 +1,7 @@
 """Names of PioneerControl's own: a law that takes one for itself is told which, and where."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -106,3 +108,30 @@ def test_names_of_ones_own_are_free():
 def test_dimensions_are_two_or_three(given):
     with pytest.raises(TypeError, match="Wrong.DIMENSIONS = .*wanted some of"):
         type("Wrong", (Still,), {"DIMENSIONS": given})
+
+
+class Pull(PioneerControl):
+    PARAMETERS = (Parameter("gain", 1.0),)
+    _network = _heights = None  # names that the runner keeps to itself
+
+    def pointMassLaw(self, hand):
+        self._network = self._heights = "of the law"
+        return -self.gain * hand
+
+
+def test_a_copy_runs_its_own_law_and_filter():
+    control = Pull([1, 2], safety=0.3)
+    other = copy.copy(control)
+    other.set_parameters({"gain": 0.0})
+    other._keep(safety=0.0)
+    other.safety_filter.acts = False
+    assert not other.commands(POSE).any() and control.commands(POSE).any()
+    assert control.safety_filter.acts and control.safety_filter.body_radii.tolist() == [0.3, 0.3]
+    assert other.safety_filter.body_radii.tolist() == [0.0, 0.0]
+
+
+def test_a_law_may_call_its_attributes_as_parts_call_theirs():
+    control = Pull([1, 2])
+    first = control.commands(POSE)
+    np.testing.assert_array_equal(control.commands(POSE), first)
+    assert control._network == "of the law"

@@ -355,17 +355,18 @@ class _Dual:
 
     def excess(self, free):
         """Return by how much velocities ``free`` (n d,) are beyond the limits within the caps, (m,)."""
-        return (self._share * self.pushed(free)[self._place]).sum(axis=0) - self._limit
+        return (self._share * self.pushed(free).take(self._place)).sum(axis=0) - self._limit
 
     def slope(self, rows, free):
         """Return how changes (k,) of the forces of ``rows`` (k,) lower their excess (k,), as a function."""
-        place, share = self._place[:, rows], self._share[:, rows]
+        place, share = self._place.take(rows, axis=1), self._share.take(rows, axis=1)
         turned = self._slope_of_caps(free)
         if len(rows) > FEW:
+            places = place.ravel()
 
             def fallen(change):
-                pushes = np.bincount(place.ravel(), (share * change).ravel(), len(free))
-                return (share * turned(pushes)[place]).sum(axis=0)
+                pushes = np.bincount(places, (share * change).ravel(), len(free))
+                return (share * turned(pushes).take(place)).sum(axis=0)
 
             return fallen
         d, dense = len(place) // 2, np.zeros((len(rows), len(free)))

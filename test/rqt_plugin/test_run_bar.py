@@ -33,6 +33,7 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.scenario.shipped import shipped_scenarios
 
 POSES = [[0, 0, 0], [3, 0, 0]]
+BOX = {"type": "box", "center": [9.0, 9.0], "size": [2.0, 1.0]}
 FLOCK = {"poses": POSES, "control": {"protocol": "flocking"}}
 
 
@@ -346,11 +347,52 @@ def test_no_key_is_one_for_editing_nor_given_twice(study):
         getattr(QKeySequence, name)
         for name in dir(QKeySequence)
         if name.startswith(("Delete", "Insert", "Move", "Select"))
-        or name in ("Undo", "Redo", "Cut", "Copy", "Paste")
+        or name in ("Cut", "Copy", "Paste")
     ]
     taken = [key for action in editing for key in QKeySequence.keyBindings(action)]
     assert QKeySequence("Ctrl+Backspace") in taken
     assert not [key.toString() for key in keys if key in taken]
+
+
+@pytest.mark.parametrize("what", ["pose", "kind", "parameter", "edge", "obstacle", "robots"])
+def test_keys_undo_and_redo_every_edit(study, what):
+    active(study, 1366, 768).setFocus()
+    obstacles = scenario_from_dict({"poses": POSES, "obstacles": [BOX]}).obstacles
+
+    def team(poses, kinds):
+        study.team.set_team(np.array(poses, dtype=float), kinds)
+        study.team.team_changed.emit()
+
+    edits = {
+        "pose": lambda: study.map.pose_edited.emit(1, 0.5, 1.0, 0.25),
+        "kind": lambda: team(POSES, ["amigobot", "pioneer3dx"]),
+        "parameter": lambda: study.protocol.parameters_changed.emit(
+            dict(study.study.edited.derived.values, k=0.01)
+        ),
+        "edge": lambda: study.topology.topology_changed.emit([(1, 2, 1.0)], True),
+        "obstacle": lambda: study.map.obstacles_edited.emit(obstacles),
+        "robots": lambda: team([*POSES, [6, 0, 0]], ["pioneer3dx"] * 3),
+    }
+    before = study.scenario.to_yaml()
+    edits[what]()
+    after = study.scenario.to_yaml()
+    assert after != before
+    QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)
+    assert study.scenario.to_yaml() == before and len(study.team.poses()) == 2
+    assert study.team.poses()[0].tolist() == [0.0, 0.0, 0.0]
+    QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)  # there is no more
+    QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier | Qt.ShiftModifier)
+    assert study.scenario.to_yaml() == after
+
+
+def test_a_field_that_is_being_edited_undoes_its_own_text(study):
+    active(study, 1366, 768)
+    study.map.pose_edited.emit(1, 0.5, 1.0, 0.25)
+    edited, field = study.scenario, study.curves.findChildren(QLineEdit)[0]
+    field.setFocus()
+    QTest.keyClicks(field, "1")
+    QTest.keyClick(field, Qt.Key_Z, Qt.ControlModifier)
+    assert field.text() == "" and study.scenario is edited
 
 
 def test_keys_choose_the_next_speed(study):

@@ -60,6 +60,7 @@ SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} s
 )
 BREAKS = ("preflight", "bag")  # a gap before these
 EMERGENCY_KEY = "F8"
+UNDO_KEY, REDO_KEY = "Ctrl+Z", "Ctrl+Shift+Z"  # a field that is being edited takes them first
 RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
 
 
@@ -72,6 +73,7 @@ class RunBar(QWidget):
     asked = Signal(str)  # the name of an action
     speed_chosen = Signal(float)  # simulated over wall time, 0: as fast as possible
     emergency = Signal(bool)  # pressed, or released
+    undo_asked, redo_asked = Signal(), Signal()
 
     def __init__(self, owner, parent=None):
         """``owner``: the widget within which the shortcuts work."""
@@ -90,6 +92,8 @@ class RunBar(QWidget):
         self.show_singly(False)
         row.add_corner(self._build_emergency())
         self._stop_key = None
+        _shortcut(UNDO_KEY, owner, self.undo_asked.emit)
+        _shortcut(REDO_KEY, owner, self.redo_asked.emit)
 
     def _build_emergency(self):
         self._stop_all = QPushButton("EMERGENCY STOP")

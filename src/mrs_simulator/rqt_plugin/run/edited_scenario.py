@@ -8,6 +8,7 @@ from mrs_simulator.core.fields import checked_values
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
+from mrs_simulator.rqt_plugin.run.undo import Undo
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.scenario.scenario import title_of
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -27,7 +28,7 @@ class EditedScenario:
     def __init__(self, scenario, connection, state):
         """``state``: the ``StudyState``, which knows whether a controller follows the edits."""
         self._connection, self._state = connection, state
-        self.scenario = scenario
+        self.scenario, self.undo = scenario, Undo()
         self.derived = None  # law_answers.Facts of the scenario, since it was applied
         # A user's law runs in neither thread of the GUI: one process for edits, which the user waits
         # for, one for what takes longer, of shipped laws too.
@@ -60,10 +61,31 @@ class EditedScenario:
 
     def try_out(self, scenario):
         """Take up ``scenario``; return what is wrong with it, or ""."""
+        before = self.scenario
         try:
             self.take(scenario)
         except Exception as error:  # a file of one's own may raise anything
             return ErrorMessage("not applied: {}".format(reason(error)))
+        self.undo.note(before, scenario)
+        return ""
+
+    def restore(self, scenario):
+        """Take up an earlier or later ``scenario``, at the speed of now; return what is wrong, or "".
+
+        A controller that is there gets its parameters and its graph at once.
+        """
+        before, scenario = self.scenario, scenario._replace(speed=self.scenario.speed)
+        try:
+            self.take(scenario)
+        except Exception as error:  # a file of one's own may raise anything
+            return ErrorMessage("not applied: {}".format(reason(error)))
+        same = scenario.control.protocol == before.control.protocol and scenario.n == before.n
+        if same and self._state.has_control():
+            if repr(scenario.topology) != repr(before.topology):
+                topology = self.derived.topology
+                self._connection.set_topology(topology.edges, topology.directed)
+            if scenario.control.parameters != before.control.parameters:
+                self._connection.set_parameters(self.derived.values)
         return ""
 
     def set_team(self, poses, kinds, altitude=None):

@@ -1,5 +1,8 @@
 """The edited scenario: shown in the panels, and changed by edits there."""
 
+import numpy as np
+
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.window.obstacle_editing import ObstacleEditing
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -21,6 +24,10 @@ class ScenarioEditing:
         panels.map.pose_edited.connect(self._on_pose)
         panels.map.edge_added.connect(self._on_edge_added)
         panels.map.edge_removed.connect(self._on_edge_removed)
+        for asked in (panels.map.undo_asked, panels.bar.undo_asked):
+            asked.connect(self._on_undo)
+        for asked in (panels.map.redo_asked, panels.bar.redo_asked):
+            asked.connect(self._on_redo)
 
     # Showing -------------------------------------------------------------------------------------
 
@@ -115,6 +122,57 @@ class ScenarioEditing:
         self._live.put_away()
         self._show_derived()
 
+    # Undo ----------------------------------------------------------------------------------------
+
+    @guarded
+    def _on_undo(self):
+        undo = self._study.edited.undo
+        self._exchange(undo.done, undo.undone)
+
+    @guarded
+    def _on_redo(self):
+        undo = self._study.edited.undo
+        self._exchange(undo.undone, undo.done)
+
+    def _exchange(self, source, target):
+        """Apply the last scenario of ``source``; the one in force goes to ``target``."""
+        study = self._study
+        if not source:
+            return
+        before, after = study.scenario, source[-1]
+        wrong = self._locked(before, after)
+        wrong = ErrorMessage("not undone: " + wrong) if wrong else study.edited.restore(after)
+        if self._panels.say(wrong):
+            return
+        study.edited.undo.exchange(source, target, before)
+        self._show_restored(before, after)
+
+    def _locked(self, before, after):
+        """Return why the edit from ``before`` to ``after`` cannot be made now, or ""."""
+        state, team = self._study.state, before.n != after.n or before.kinds != after.kinds
+        moved = team or not _same_places(before, after)
+        return (
+            (team and state.team_locked())
+            or (moved and state.poses_locked(after.n))
+            or (before.obstacles != after.obstacles and state.obstacles_locked())
+            or ""
+        )
+
+    def _show_restored(self, before, after):
+        panels, control = self._panels, self._study.control
+        if before.control.protocol != after.control.protocol:
+            panels.say(control.follow_protocol())
+        elif before.obstacles != after.obstacles:
+            panels.say(control.follow_obstacles())
+        self._show_team()
+        self.obstacles.show()
+        self._show_protocol()
+        if before.n != after.n or before.kinds != after.kinds or not _same_places(before, after):
+            self._team.changed()
+            self._live.put_away()
+        elif before.obstacles != after.obstacles:
+            self._live.put_away()
+
     # Protocol and graph --------------------------------------------------------------------------
 
     @guarded
@@ -146,3 +204,9 @@ class ScenarioEditing:
     @guarded
     def _on_edge_removed(self, i, j):
         self._panels.topology.remove_edge(i, j)
+
+
+def _same_places(before, after):
+    """Return whether two scenarios of as many robots put them to the same poses and heights."""
+    heights = (np.zeros(1) if each.altitude is None else each.altitude for each in (before, after))
+    return np.array_equal(before.poses, after.poses) and np.array_equal(*heights)

@@ -131,6 +131,14 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
         assert alone.pop("real_time_factor", None) is not None or name == "scenario.yaml"
         window.pop("real_time_factor", None)
         assert alone == window
+    alone, window = (read(tmp_path / out / "provenance.json") for out in ("alone", "window"))
+    assert alone["stamp"] == window["stamp"] and alone["inputs"] == window["inputs"]
+    assert alone["outputs"]["run.csv"] == window["outputs"]["run.csv"]
+    for key in ("versions", "commit", "processor", "seed"):
+        assert alone[key] == window[key]
+    crate = read(tmp_path / "window" / "ro-crate-metadata.json")
+    (about,) = [each for each in crate["@graph"] if each["@id"] == "./"]
+    assert {"@id": "provenance.json"} in about["hasPart"] and {"@id": "run.csv"} in about["hasPart"]
     assert (tmp_path / "window" / "trajectories.pdf").exists()
     assert "without ROS: real robots and bags need mrs_gui" in output
 

@@ -7,6 +7,8 @@ import os
 from mrs_simulator.core.writing import naming, write_text
 from mrs_simulator.record.recording import facts_path, write_facts
 from mrs_simulator.scenario.reading import read_json
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.results.provenance import write_provenance
 from mrs_simulator.study.results.report import (
     RUN_FILE,
     SCENARIO_FILE,
@@ -56,6 +58,12 @@ def note_closest(directory):
     if closest is not None and closest < facts.get("closest_approach", math.inf):
         facts["closest_approach"] = closest
         write_text(path, json.dumps(facts, indent=2) + "\n")
+
+
+def describe(directory):
+    """Write ``provenance.json`` and the crate of a reported run, as runs alone have them."""
+    scenario = load_scenario(os.path.join(directory, SCENARIO_FILE))
+    write_provenance(scenario, directory)
 
 
 def _copy(source, target, size, report):

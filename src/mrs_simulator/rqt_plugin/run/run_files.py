@@ -9,7 +9,7 @@ import time
 
 from mrs_simulator.record.run_changes import changed_by, to_plain
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
-from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded, note_closest
+from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded, describe, note_closest
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
@@ -68,6 +68,7 @@ class RunFiles:
                 return False, output
             if recorded is not None:
                 note_closest(directory)
+                describe(directory)
             return True, verdict
 
         self.saving = "preparing"

@@ -92,6 +92,13 @@ def texts(panel, robot):
     return [panel._model.index(robot - 1, column).data() for column in columns]
 
 
+def test_more_robots_than_the_window_edits_are_refused_and_not_cut_off(panel):
+    before = len(panel.kinds())
+    set_number(panel, 1000)
+    assert len(panel.kinds()) == before and panel._number.value() == before
+    assert panel._message.message == "1000 robots: the window edits at most 200"
+
+
 def test_rows_follow_the_number(panel):
     before = panel.poses()
     set_number(panel, 12)

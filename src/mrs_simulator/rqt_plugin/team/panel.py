@@ -25,6 +25,9 @@ from mrs_simulator.scenario.team.layouts import extend_poses
 from mrs_simulator.world.contact.bodies import Bodies
 
 MOST_ROBOTS = 200
+MOST_TYPED = (
+    999999  # [-] so that a number beyond the limit is refused, and not cut off as it is typed
+)
 NUMBER_TIP = (
     "<p>Number of robots, 1 to {}. New ones are placed where there is room; the last are removed first.</p>"
 ).format(MOST_ROBOTS)
@@ -68,7 +71,7 @@ class TeamPanel(QWidget):
 
     def _build_number(self):
         self._number = PatientSpinBox()
-        self._number.setRange(1, MOST_ROBOTS)
+        self._number.setRange(1, MOST_TYPED)
         self._number.setToolTip(NUMBER_TIP)
         self._number.valueChanged.connect(self._on_number)
 
@@ -146,7 +149,7 @@ class TeamPanel(QWidget):
         self._message.say("")
         self._show_kind()
         blocked = self._number.blockSignals(True)
-        self._number.setRange(min(1, len(kinds)), max(MOST_ROBOTS, len(kinds)))
+        self._number.setRange(min(1, len(kinds)), MOST_TYPED)
         self._number.setValue(len(kinds))
         self._number.blockSignals(blocked)
 
@@ -250,8 +253,11 @@ class TeamPanel(QWidget):
             self.team_changed.emit()
 
     def _resized(self, n):
-        """Return poses and kinds of the team with ``n`` robots; ``ValueError`` without room."""
+        """Return poses and kinds of the team with ``n`` robots; ``ValueError`` of too many."""
         poses, kinds = self.poses(), self.kinds()
+        most = max(MOST_ROBOTS, len(poses))
+        if n > most:
+            raise ValueError("{} robots: the window edits at most {}".format(n, most))
         if n > len(poses):
             size = max(ROOM[0], ROOM[1] * math.sqrt(n))
             poses = extend_poses(poses, n, size=size)

@@ -77,3 +77,18 @@ def test_theory_beside_the_curves_ends_where_the_run_was_changed(study, monkeypa
     study.live.show_prediction()
     (call,) = drawn.call_args_list
     assert [part.tolist() for part in call[0]] == [[0.0, 1.0], [7.0, 7.0]]
+
+
+def test_a_slower_speed_is_advised_while_a_simulation_runs_and_no_law_hangs(study, monkeypatch):
+    monkeypatch.setattr(study.study, "note_timing", lambda: "periods were missed")
+    fresh = study.connection.is_fresh
+    for runs, hangs, advised in (
+        (True, "", True),
+        (True, "has not answered for 9 s", False),
+        (False, "", False),
+        (True, "", True),
+    ):
+        fresh.side_effect = lambda name, runs=runs: runs and name == "stage"
+        monkeypatch.setattr(study.study.state, "hangs", lambda hangs=hangs: hangs)
+        study.status_line._show_timing()
+        assert ("choose a slower speed" in study.banners.text("timing")) == advised

@@ -88,7 +88,8 @@ class Status:
 
     def _show_timing(self):
         degraded = self._study.note_timing()
-        if degraded:
+        # A slower speed helps neither a law that hangs nor a run that has ended.
+        if degraded and not self._study.state.hangs() and self._study.connection.is_fresh("stage"):
             text = UNTIMELY.format(degraded[0].upper() + degraded[1:])
             self._panels.banners.notify("timing", "warning", text)
         else:

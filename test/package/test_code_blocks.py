@@ -50,6 +50,7 @@ def test_python_runs(name, code, tmp_path, monkeypatch):
     code = re.sub(r"^run\(\w+\)$", "", code, flags=re.M)
     if "from history import" in code:
         monkeypatch.syspath_prepend(os.path.join(ROOT, "benchmarks"))
+        monkeypatch.setenv("MRS_SIMULATOR_BENCHMARK_LOAD", "1000")  # other tests run beside
         code = code.replace("keep=True", "keep=False")
     exec(compile(code, name, "exec"), {"__name__": "of_the_page"})
 

@@ -10,6 +10,7 @@ from typing import NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.claims import NEGLIGIBLE, Condition, converges_to, invariant, rate
+from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.spectra import stable_step
 
 ZERO = 1e-7  # [-] of the largest eigenvalue, below which one that is computed counts as zero
@@ -126,7 +127,7 @@ def linear_theorem(matrix, constant=0.0):
         group_inverse = np.linalg.inv(matrix + size * projection) - projection / size
         found["offset"], found["drift"] = group_inverse @ constant, projection @ constant
         found["noise"] = _variance(matrix, projection)
-    late = (0.5 * np.pi - np.abs(np.angle(mu))) / np.abs(mu)
+    late = (0.5 * np.pi - np.abs(phase_of(mu))) / np.abs(mu)
     return LinearTheorem(
         values[np.argsort(values.real, kind="stable")],
         zeros,

@@ -59,6 +59,24 @@ def test_on_pioneers_it_is_judged_of_the_rest_after_limits(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "changes",
+    [
+        {"fidelity": "dynamic"},
+        {"odometry": "wheel"},
+        {"control": {"safety": True, "saturation": "robot"}},
+        {"mismatch": {"delay": 0.3}},
+        {"model": "youbot"},
+        {"model": "crazyflie2", "altitude": 1.0},
+    ],
+)
+def test_correct_runs_on_robots_of_all_sorts_do_not_fail(changes, tmp_path):
+    content = {"fidelity": "kinematic", "limits": "firmware", "duration": 30, **changes}
+    content.setdefault("control", {"saturation": "robot"})
+    verdict = study(tmp_path, APART.replace("2]", "4]").replace("[2, ", "[4, "), **content).verdict
+    assert verdict["outcome"] == "self_consistent", verdict_text(verdict)
+
+
+@pytest.mark.parametrize(
     "law, why",
     [
         ("0.4 * self.topology.laplacian() @ hand", "not all that moves decays"),

@@ -74,7 +74,8 @@ class LinearTheorem(NamedTuple):
             )
         ]
         if self.zeros:
-            kept = invariant(self._kept, place, "drift of what stays [m]")
+            each = np.sqrt(len(start))  # the norm is over all robots: that of a robot in the mean
+            kept = invariant(lambda hand: self._kept(hand) / each, place, "drift of what stays [m]")
             claims.append(
                 kept._replace(measure=lambda run: kept.measure(run._replace(hand=moved(run))))
             )

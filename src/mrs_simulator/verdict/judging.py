@@ -97,9 +97,10 @@ def _judged_by_theory(run, control, foretold, derives):
     if track is not None:
         foretold(track)
     acted = filter_acted(control, run)
-    claims, theory = (
-        _claims(control, run, faults) if acted is None else _unfiltered(control, run, acted, faults)
-    )
+    if acted is None:  # a filter that is not asked costs derived theory nothing
+        claims, theory = _claims(control if derived is None else _alone(control), run, faults)
+    else:
+        claims, theory = _unfiltered(control, run, acted, faults)
     if track is None:
         track = None if changed.ruled_out else _end_of(run, claims)
         foretold(track)
@@ -202,12 +203,18 @@ def _unfiltered(control, run, acted, faults):
     if not control.MEMORYLESS or control.links.faults or begin + FEWEST_SAMPLES > len(run.time):
         claims, theory = _claims(control, run, faults)
         return claims, theory._replace(ruled_out=FILTERED)
-    alone, rest = copy.copy(control), part_of(run, slice(begin, None))
-    alone._keep(safety=False)
-    alone.safety_filter.acts = False
-    claims, theory = _claims(alone, rest, faults)
+    rest = part_of(run, slice(begin, None))
+    claims, theory = _claims(_alone(control), rest, faults)
     why = "from {:.1f} s on, after {}".format(rest.time[0], FILTERED)
     return claims, theory._replace(rest=rest, why=why)
+
+
+def _alone(control):
+    """Return a copy of ``control`` without the safety filter."""
+    alone = copy.copy(control)
+    alone._keep(safety=False)
+    alone.safety_filter.acts = False
+    return alone
 
 
 def command_after(time, row, period):

@@ -8,8 +8,10 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.user_code import call
+from mrs_simulator.core.claims import Claim, rate
 from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.core.writing import Limited
+from mrs_simulator.protocols.common import resting
 from mrs_simulator.protocols.published.laws import Published
 from mrs_simulator.verdict.derived.asking import ideal_scenario, velocities_at
 from mrs_simulator.verdict.derived.law_probe import LINEAR, Probe, linear_fit
@@ -24,6 +26,8 @@ STATES = (
 MOST_ROBOTS = 60  # [-] whose law is asked
 MOST_COMPARED = 20  # [-] samples of a run, at which the law must be as at the probed states
 NONE_DERIVED = "no linear theory is derived from the law, {}"
+PLACE = {"point_mass": 0.02, "kinematic": 0.02, "dynamic": 0.05}  # [m] of limits and of what stays
+SHARE = 0.02  # [-] of a decay rate
 ELSEWHERE = "which in this run is not what it is at the probed states"
 LASTING = "of which not all that moves decays"
 RAISED = "which raised {} when it was asked"
@@ -103,8 +107,20 @@ def _stating(control, fit, theorem):
     stated = {
         "MEMORYLESS": True,
         "published": lambda self: law,
-        "claims": lambda self, start: theorem.claims(start, self.period),
+        "claims": lambda self, start: _claims(self, theorem, start),
     }
     result = copy.copy(control)
     result.__class__ = type(type(control).__name__, (type(control),), stated)
     return result
+
+
+def _claims(control, theorem, start):
+    """Return what the ``theorem`` says of a run from ``start``, rates as far as friction lets them show."""
+    floor, most = resting(control, len(start)), PLACE[control.fidelity]
+    claims = theorem.claims(start, control.period, place=most)
+    return [
+        rate(each.predicted, each.decays, SHARE, each.name, floor=floor)
+        if isinstance(each, Claim) and each.decays is not None
+        else each
+        for each in claims
+    ]

@@ -105,6 +105,8 @@ def test_neighbours_in_range_are_fewer_farther_apart():
     found = facts(in_range)
     counts = [int(who.sum() - np.trace(who)) for who in found.receives]
     assert counts[0] > counts[2] and found.residual > 0.01
+    flat = [theorem for _, theorem in found.equilibria if not theorem.eigenvalues.any()]
+    assert len(flat) <= 1  # where none is in range of another, all alike
 
 
 def test_a_sign_never_rests():

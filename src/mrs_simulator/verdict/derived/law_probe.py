@@ -244,7 +244,7 @@ def _equilibria(probe, known):
         if state is None or np.abs(state - probe.centre).max() > FARTHEST * probe.extent:
             continue
         theorem = linear_theorem(*_linearised(probe, state))
-        size = np.abs(theorem.eigenvalues).max()
+        size = max(np.abs(theorem.eigenvalues).max(), 1e-300)  # 0 where no robot is in range
         if not any(_alike(theorem, other, size) for _, other in found):
             found.append((state, theorem))
     return tuple(found)

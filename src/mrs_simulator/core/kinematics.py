@@ -273,8 +273,8 @@ class Reach(NamedTuple):
 def ramped(velocity, target, reach):
     """Return what :func:`ramp` does, for a step of which ``reach``, a :class:`Reach`, is known."""
     change = target - velocity
-    np.maximum(change, reach.down, change)
-    np.minimum(change, reach.up, change)
+    np.maximum(change, reach.down, out=change)
+    np.minimum(change, reach.up, out=change)
     mean = np.abs(change)
     mean *= change
     mean /= reach.both

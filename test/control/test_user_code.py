@@ -248,6 +248,19 @@ def test_a_law_in_a_process_of_its_own_drives(law):
     assert law.parameters == {"l": 0.3}
 
 
+def test_an_edit_of_a_law_that_was_given_up_is_taken(law):
+    with pytest.raises(TimedOut):
+        law.commands(at(4), 0.0, 0.1)
+    assert law.lost
+    law.set_topology(Topology(2, [(1, 2, 1.0)], True))
+    assert not law.lost and len(law.topology.edges) == 1
+    law.end()
+    law.set_parameters({"l": 0.3})
+    assert law.parameters == {"l": 0.3} and len(law.topology.edges) == 1
+    with pytest.raises(ValueError, match="l = -1"):
+        law.set_parameters({"l": -1.0})
+
+
 @pytest.mark.parametrize("what, said", [(1, "enough"), (2, "its process ended"), (5, "five")])
 def test_what_a_law_raises_is_told(law, what, said):
     with pytest.raises(CallFailed, match=said):

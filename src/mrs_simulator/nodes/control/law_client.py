@@ -95,7 +95,7 @@ class Law:
     """The control of a scenario's robots, run in another process; no call waits long.
 
     Its calls raise ``CallFailed`` where users' code raises, and ``TimedOut`` where it does not end
-    within its limit.  It is then ``lost`` until it is made again.
+    within its limit.  It is then ``lost`` until it is made again, by ``remake`` or with an edit.
     """
 
     def __init__(self, scenario, protocol, limit, apart):
@@ -139,7 +139,7 @@ class Law:
         return self._worker.given_up
 
     def end(self):
-        """End it for good."""
+        """End it; it is ``lost``."""
         self._worker.give_up()
 
     @property
@@ -202,6 +202,8 @@ class Law:
 
     def _set(self, method, value):
         try:
+            if self.lost:  # what is edited may be the cure
+                self.remake()
             self._call(method, value)
         except (CallFailed, TimedOut) as error:
             raise ValueError(str(error)) from error

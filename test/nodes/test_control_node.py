@@ -420,16 +420,54 @@ def test_a_stop_waits_for_no_law_and_is_told_at_once(hung, tmp_path):
     moving(probe, 2)
 
 
-def test_parameters_of_the_node_are_not_taken_for_the_laws(monkeypatch):
-    """The launch file tells the node a ``speed`` of the simulation, many laws have one of their own."""
-    kept = {"~speed": "", "~gain": 0.7}
-    monkeypatch.setattr(rospy, "get_param", kept.__getitem__)
+@pytest.fixture
+def parameter_server(monkeypatch):
+    """The parameters of a ROS master, a dictionary."""
+    kept = {}
+    missing = object()
+
+    def get_param(name, default=missing):
+        return kept[name] if default is missing else kept.get(name, default)
+
+    monkeypatch.setattr(rospy, "get_param", get_param)
     monkeypatch.setattr(rospy, "set_param", kept.__setitem__)
+    monkeypatch.setattr(rospy, "delete_param", kept.__delitem__)
+    monkeypatch.setattr(rospy, "has_param", kept.__contains__)
+    return kept
+
+
+def served(**parameters):
+    """Return a server for the parameters of the law of carrying.yaml, without its topics."""
     server = reconfigure.TellingServer.__new__(reconfigure.TellingServer)
-    law = make_control(load_scenario(scenario_path("carrying.yaml")))
+    scenario = load_scenario(scenario_path("carrying.yaml"))
+    control = scenario.control._replace(parameters={**scenario.control.parameters, **parameters})
+    law = make_control(scenario._replace(control=control))
     server.ns, server.type = "~", reconfigure._config_type(law)
     server.config = dict(server.type.defaults)
     server._copy_from_parameter_server()
-    assert (server.config["speed"], server.config["gain"]) == (0.25, 0.7)
     server._copy_to_parameter_server()
-    assert kept["~speed"] == "" and kept["~coupling"] == 0.3
+    return server
+
+
+def test_parameters_of_the_node_are_not_taken_for_the_laws(parameter_server):
+    """The launch file sets the node a ``speed`` of the simulation, many laws have one of their own."""
+    parameter_server.update({"~speed": "", "~gain": 0.7})
+    server = served()
+    assert (server.config["speed"], server.config["gain"]) == (0.25, 0.7)
+    assert parameter_server["~speed"] == "" and parameter_server["~coupling"] == 0.3
+
+
+def test_a_controller_does_not_take_the_parameters_that_one_before_wrote(parameter_server):
+    served(gain=0.7)  # and it is killed
+    assert served(gain=0.6).config["gain"] == parameter_server["~gain"] == 0.6
+    parameter_server["~gain"] = 0.9  # by a user
+    killed = served(gain=0.6)
+    assert killed.config["gain"] == 0.9
+    killed.config["gain"] = 0.2  # by rqt_reconfigure
+    killed._copy_to_parameter_server()
+    ended = served(gain=0.5)  # what was given stays, what was tried while it ran does not
+    assert ended.config["gain"] == 0.9
+    killed.withdraw()  # it ended late, and takes nothing away from the other
+    assert parameter_server["~coupling"] == 0.3
+    ended.withdraw()
+    assert parameter_server == {"~gain": 0.9}

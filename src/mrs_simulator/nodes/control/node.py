@@ -1,5 +1,6 @@
 """The control node: odometry in, the protocol's law, velocity commands out."""
 
+import contextlib
 import random
 import threading
 import time
@@ -446,6 +447,8 @@ class ControlNode:
         self.running = False
         self.outlet.shut()
         self.law.end()
+        with contextlib.suppress(OSError, rospy.ROSException):  # the master may have ended before
+            self._reconfigure.close()
         time.sleep(FLUSH)
 
     def _publish_status(self, asks_law=True):

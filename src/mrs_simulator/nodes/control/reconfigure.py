@@ -1,10 +1,13 @@
 """dynamic_reconfigure for any protocol, made from the protocol's own parameter description."""
 
+import uuid
+
 import rospy
 from dynamic_reconfigure.server import Server
 
 from mrs_simulator.ros.node.node_parameters import CONTROL, NODES
 
+WRITTEN = "written_parameters"  # which values on the parameter server a controller wrote
 WIDEST = 1e9  # dynamic_reconfigure wants finite bounds; this stands for none
 _TYPES = {float: "double", int: "int", bool: "bool", str: "str"}
 
@@ -13,6 +16,8 @@ class TellingServer(Server):
     """A server that says which values it moved into their range: clients are not notified.
 
     Parameters of the node itself are not taken for the law's of the same name, such as ``speed``.
+    Nor are the values that a controller before wrote, which would replace the scenario's: the
+    parameter server keeps them for as long as the master runs.
     """
 
     _OWN = frozenset(parameter.name for parameter in NODES[CONTROL])
@@ -21,10 +26,33 @@ class TellingServer(Server):
         begun = dict(self.config)
         super()._copy_from_parameter_server()
         self.config.update((name, begun[name]) for name in self._OWN.intersection(begun))
+        self._writer, left = uuid.uuid4().hex, rospy.get_param(self.ns + WRITTEN, {})
+        written, given = left.get("values", {}), left.get("given", {})
+        for name in set(self.config).intersection(written):
+            if self.config[name] == written[name]:
+                self.config[name] = given.get(name, begun[name])
+        # What users give, such as with <param> in a launch file, goes before the scenario.
+        self._given = {n: v for n, v in self.config.items() if n in given or v != begun[n]}
 
     def _copy_to_parameter_server(self):
-        for name in set(self.config).intersection(self.type.defaults) - self._OWN:
-            rospy.set_param(self.ns + name, self.config[name])
+        names = set(self.config).intersection(self.type.defaults) - self._OWN
+        values = {name: self.config[name] for name in sorted(names)}
+        for name, value in values.items():
+            rospy.set_param(self.ns + name, value)
+        record = {"writer": self._writer, "values": values, "given": self._given}
+        rospy.set_param(self.ns + WRITTEN, record)
+
+    def withdraw(self):
+        """Leave on the parameter server what users gave, unless another controller has begun."""
+        record = rospy.get_param(self.ns + WRITTEN, {})
+        if record.get("writer") != self._writer:
+            return
+        for name in record["values"]:
+            if name in self._given:
+                rospy.set_param(self.ns + name, self._given[name])
+            elif rospy.has_param(self.ns + name):
+                rospy.delete_param(self.ns + name)
+        rospy.delete_param(self.ns + WRITTEN)
 
     def _clamp(self, config):
         asked = dict(config)
@@ -47,6 +75,10 @@ class ParameterServer:
     def show(self):
         """Notify the clients of what is in force after a change from elsewhere."""
         self._server.update_configuration({})
+
+    def close(self):
+        """Take back from the parameter server what was written to it."""
+        self._server.withdraw()
 
     def _on_change(self, config, level):
         if level:  # something is to be changed, not only shown

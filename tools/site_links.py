@@ -20,6 +20,8 @@ WITHOUT_SEARCH = {
 }  # tables that would fill it
 CODE = re.compile(r"^<!-- code (\w+) -->$", re.M)  # where an example's file belongs
 LAW = re.compile(r"^Law: `(mrs_simulator/protocols/\S+\.py)`\.$", re.M)
+TABS = re.compile(r"^<!-- tabs -->\n(.*?)^<!-- end of tabs -->$", re.M | re.S)
+TAB = re.compile(r"^\*\*(.+)\*\*$", re.M)  # a line in bold begins one
 PARAMETERS = '<h2 id="parameters">'  # from where on code is values, on a protocol's page
 
 
@@ -56,9 +58,20 @@ def on_page_markdown(markdown, page, **_):
     markdown = LAW.sub(
         lambda found: found.group(0) + "\n" + _unfolded("src", found.group(1)), markdown
     )
+    markdown = TABS.sub(_tabs, markdown)
     if page.file.src_uri in DISPLAYED:
         markdown = site_math.displayed(markdown)
     return LINK.sub(outward, markdown)
+
+
+def _tabs(found):
+    """Return what lies between the comments as tabs; elsewhere it is read one after the other."""
+    _, *parts = TAB.split(found.group(1))
+    tabs = []
+    for title, text in zip(parts[::2], parts[1::2]):
+        lines = ["    " + line if line else "" for line in text.strip().split("\n")]
+        tabs.append("\n".join(['=== "{}"'.format(title), "", *lines, ""]))
+    return "\n".join(tabs)
 
 
 def _unfolded(*path):

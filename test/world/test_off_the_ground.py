@@ -353,3 +353,10 @@ def test_a_team_on_the_ground_pays_nothing():
     assert not team.is_spatial and not Z.of(team)
     world = World(("pioneer3dx", "robotino3"), [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
     assert world.z is None and world.spatial is None and world.estimates.z() is None
+
+
+def test_robots_that_fly_and_begin_on_the_ground_are_noted():
+    pose = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    for heights, noted in ((None, True), (np.zeros(2), True), (np.array([0.0, 1.0]), False)):
+        notes = World(Team(("pioneer3dx", "crazyflie2")), pose, z=heights).notes
+        assert ["robot2: on the ground" in note for note in notes] == [True] * noted

@@ -192,8 +192,9 @@ class World:
 
     @property
     def notes(self):
-        """Return notes for users on the rates of this world's odometry, a list of texts."""
-        return odometry_notes(self.team, self.settings.odometry_rate, self.step_size)
+        """Return notes for users, texts: rates of odometry, robots that fly and begin on the ground."""
+        notes = odometry_notes(self.team, self.settings.odometry_rate, self.step_size)
+        return notes + self.flights.notes(self.z)
 
     @property
     def senses(self):

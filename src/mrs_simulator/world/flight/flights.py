@@ -9,6 +9,10 @@ from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.flight.manoeuvres import HOVER_HEIGHT, Manoeuvres
 from mrs_simulator.world.part import Part
 
+ON_GROUND = (
+    "{}: on the ground until a command climbs; to begin in the air give altitude, such as 1.0, "
+    "and takeoff: true to rise to it before the run"
+)
 DOWNWARDS = ("falling", "upside down")
 
 
@@ -56,6 +60,15 @@ class Flights(Part):
         spatial, twist = self._motion.spatial, self._motion.twist
         body = np.column_stack([twist[:, :2], spatial.twist[:, 0]])
         return rotated(spatial.orientation, body)[:, 2]
+
+    def notes(self, z):
+        """Return a note on robots that fly and begin on the ground, a list; ``z`` (n,) [m] or None."""
+        low = self._aloft if z is None else [row for row in self._aloft if z[row] <= 0.0]
+        low = [row for row in low if row not in self._mirrored]
+        if not low or self.takeoff is not None:
+            return []
+        names = ", ".join("robot{}".format(row + 1) for row in low)
+        return [ON_GROUND.format(names)]
 
     def next_rising(self):
         """Return the row of the first robot that is still rising."""

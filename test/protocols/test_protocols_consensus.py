@@ -9,6 +9,7 @@ from mrs_simulator import open_run, run_experiment, simulate
 from mrs_simulator.core.claims import Condition, disagreement, extent
 from mrs_simulator.core.graphs import Topology, arcs_of
 from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.core.spectra import spectral_radius
 from mrs_simulator.protocols import HOMES, shipped
 from mrs_simulator.protocols.consensus import equations as laws
@@ -147,7 +148,7 @@ def test_without_simple_modes_no_rate_is_claimed(run):
     verdict, _ = run("consensus", topology={"preset": "chain"}, duration=40.0)
     assert verdict["passed"]
     assert not [c for c in verdict["checks"] if "rate" in c["name"]]
-    assert laws.has_simple_modes(Topology.preset("cycle", 5))
+    assert not linear_theorem(Topology.preset("cycle", 5).laplacian()).is_defective
 
 
 @pytest.mark.parametrize("gain, holds", [(49.0, True), (51.0, False)])
@@ -198,18 +199,20 @@ def test_discrete_consensus_converges_below_the_bound_only(run):
 
 def test_delay_bounds_in_numbers():
     ring = scenario_of("delayed_consensus").topology  # lambda_max = 4
-    assert laws.largest_delay(ring, 0.5) == pytest.approx(np.pi / 4.0)
+    assert linear_theorem(0.5 * ring.laplacian()).longest_delay == pytest.approx(np.pi / 4.0)
     # mu = 1 - i, 2, 1 + i: (pi/4)/sqrt 2 and (pi/2)/2.
     directed = Topology.preset("cycle", 4)
-    assert laws.largest_delay(directed) == pytest.approx(np.pi / 4.0 / np.sqrt(2.0))
+    assert linear_theorem(directed.laplacian()).longest_delay == pytest.approx(
+        np.pi / 4.0 / np.sqrt(2.0)
+    )
     # Two robots, mu = 2, one step of delay: z^2 - z + 2 gain Tc = 0; z = 0.5 +- 0.5i at 0.5.
-    pair = Topology.preset("path", 2)
-    assert laws.delayed_rate(pair, 2.5, 0.1, 1) == pytest.approx(np.log(2.0) / 2.0 / 0.1)
+    pair = Topology.preset("path", 2).laplacian()
+    assert linear_theorem(2.5 * pair).held_rate(0.1, 1) == pytest.approx(np.log(2.0) / 2.0 / 0.1)
     # d steps of delay: unstable from gain Tc mu = 2 sin(pi/(2(2d+1))) on.
     for d in (1, 5, 20):
         edge = np.sin(np.pi / (2.0 * (2 * d + 1)))
-        assert laws.delayed_rate(pair, 0.999 * edge, 1.0, d) > 0.0
-        assert laws.delayed_rate(pair, 1.001 * edge, 1.0, d) < 0.0
+        assert linear_theorem(0.999 * edge * pair).held_rate(1.0, d) > 0.0
+        assert linear_theorem(1.001 * edge * pair).held_rate(1.0, d) < 0.0
 
 
 def test_delayed_law_uses_the_positions_of_tau_ago():

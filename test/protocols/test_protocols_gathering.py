@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
+from mrs_simulator.core.claims import Claim
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols.gathering import equations as laws
 from mrs_simulator.protocols.gathering.law import Containment, Coverage, CyclicPursuit, Rendezvous
@@ -71,6 +72,14 @@ def test_containment_without_one_edge_misses_its_limit(tmp_path):
 def test_more_leaders_than_robots_are_refused():
     with pytest.raises(ValueError, match="leaders = 4"):
         Containment(range(1, 4), parameters={"leaders": 4})
+
+
+def test_followers_in_a_chain_decay_at_no_simple_rate():
+    """``L_ff`` of equal weights is one Jordan block."""
+    control = Containment((1, 2, 3, 4), Topology.preset("chain", 4), parameters={"leaders": 1})
+    names = [claim.name for claim in control.claims(np.eye(4, 2)) if isinstance(claim, Claim)]
+    assert "distance from -L_ff^-1 L_fl p_l [m]" in names
+    assert not [name for name in names if "rate" in name]
 
 
 def test_the_exact_solution_of_containment(tmp_path):

@@ -14,10 +14,10 @@ from mrs_simulator.core.claims import Condition, disagreement
 from mrs_simulator.core.edge_faults import Channel
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.protocols import shipped as protocol_called
 from mrs_simulator.protocols.consensus import over_links_equations as laws
-from mrs_simulator.protocols.consensus.equations import delayed_rate
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.network.links import Links, PerEdge, Switching
@@ -347,7 +347,7 @@ def test_agreement_is_that_of_equal_delays():
     pair = Topology.preset("path", 2).adjacency()
     step = laws.step_matrix(0.5 * pair, 5 * pair.astype(int), 0.1, both_terms=True)
     modulus, weights = laws.agreement(step, 2)
-    rate = delayed_rate(Topology.preset("path", 2), 0.5, 0.1, 5)
+    rate = linear_theorem(0.5 * Topology.preset("path", 2).laplacian()).held_rate(0.1, 5)
     assert -np.log(modulus) / 0.1 == pytest.approx(rate)
     np.testing.assert_allclose(weights, [0.5, 0.5])
 

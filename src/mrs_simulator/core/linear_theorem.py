@@ -18,12 +18,32 @@ DEFECTIVE = 1e6  # [-] condition of the eigenvectors from which on M has too few
 MOST_NOISY = 40  # coordinates for which the equation of variances is solved
 
 
+class Names(NamedTuple):
+    """What the claims of a linear theorem are called; "" for one that is not made."""
+
+    limit: str = "distance from the limit [m]"
+    kept: str = "drift of what stays [m]"
+    rate: str = "decay rate of the error [1/s]"
+
+
+class Accuracy(NamedTuple):
+    """How closely the claims of a linear theorem hold."""
+
+    place: float = 0.02  # [m] of the limit
+    kept: float = 0.02  # [m] of what stays
+    rate: float = 0.02  # [-] of the decay rate
+
+
+NAMES, ACCURACY = Names(), Accuracy()
+
+
 class LinearTheorem(NamedTuple):
     """What follows from M and c; see :func:`linear_theorem`."""
 
     eigenvalues: np.ndarray  # (m,) [1/s], ascending by real part
     zeros: int  # eigenvalues zero
     rate: Optional[float]  # [1/s] of the slowest mode; None where one does not decay, or none moves
+    # The next three are None where zero is defective.
     projection: Optional[np.ndarray]  # (m, m): what a start leaves in the limit
     offset: Optional[np.ndarray]  # (m,) [m], which is added to that
     drift: Optional[np.ndarray]  # (m,) [m/s] with which the limit moves
@@ -37,6 +57,16 @@ class LinearTheorem(NamedTuple):
         """Return where a ``start`` (n, d) ends, (n, d) [m]; where it drifts, at time 0."""
         return self._kept(start) + self._as(self.offset, start)
 
+    def held_rate(self, period, steps=0):
+        """Return the rate [1/s] of the slowest mode under commands held for ``period`` [s], else inf.
+
+        All of M x is late by so many ``steps`` of the period.  The least ``-ln |z|/period`` of the
+        roots z of ``z^(steps + 1) - z^steps + period mu``; negative if one grows.
+        """
+        mu = period * self._moving()
+        sizes = np.abs(1.0 - mu) if steps == 0 else [_largest_root(one, steps) for one in mu]
+        return float(-np.log(max(*sizes, 1e-300)) / period) if len(mu) else np.inf
+
     def claims(self, start, period, delay=0.0, place=0.02, share=0.02):
         """Return what theory says of a run from ``start`` (n, d), a list of ``Condition`` and ``Claim``.
 
@@ -44,7 +74,7 @@ class LinearTheorem(NamedTuple):
         as the constant says, and what stays of the start hold within ``place`` [m], the decay rate within
         ``share``; there is none of a defective M, or with a delay.
         """
-        why, mu = "{:.4g} against {:.4g}".format, self._moving()
+        why = "{:.4g} against {:.4g}".format
         conditions = [
             Condition("all that moves decays", self.is_stable, "or turns for ever", necessary=True)
         ]
@@ -55,36 +85,44 @@ class LinearTheorem(NamedTuple):
             conditions.append(Condition(name, bool(value < most), why(value, most), necessary=True))
         if not all(condition.holds for condition in conditions):
             return conditions
+        accuracy = Accuracy(place, place, share)
+        names = NAMES._replace(rate="") if delay else NAMES
+        return conditions + self.consequences(start, period, accuracy, names)
+
+    def consequences(self, start, period, accuracy=ACCURACY, names=NAMES, floor=0.0, free=True):
+        """Return the claims alone of a run from ``start`` (n, d): limit, what stays, and decay rate.
+
+        They are those that have ``names``, and hold within the ``accuracy``.  ``floor`` [m]: of the error,
+        as in ``claims.rate``; ``free``: the limit is another once robots were at their limits.
+        """
         limit, drift = self.limit(start), self._as(self.drift, start)
-        staying = np.abs(drift).max() <= NEGLIGIBLE
+        staying = np.abs(drift).max(initial=0.0) <= NEGLIGIBLE
 
         def moved(run):
-            return run.hand - np.multiply.outer(run.time - run.time[0], drift)
+            if staying:
+                return run
+            way = np.multiply.outer(run.time - run.time[0], drift)
+            return run._replace(hand=run.hand - way)
 
         def off(hand):
             return np.linalg.norm(
                 hand - self._kept(hand) - self._as(self.offset, start), axis=(1, 2)
             )
 
-        at_end = converges_to(limit, place, "distance from the limit [m]", free=True)
+        at_end = converges_to(limit, accuracy.place, names.limit, free=free)
+        each = np.sqrt(len(start))  # the norm is over all robots: that of a robot in the mean
+        kept = invariant(lambda hand: self._kept(hand) / each, accuracy.kept, names.kept)
         claims = [
             at_end._replace(
-                measure=lambda run: at_end.measure(run._replace(hand=moved(run))),
-                place=limit if staying else None,
+                measure=lambda run: at_end.measure(moved(run)), place=limit if staying else None
             )
         ]
-        if self.zeros:
-            each = np.sqrt(len(start))  # the norm is over all robots: that of a robot in the mean
-            kept = invariant(lambda hand: self._kept(hand) / each, place, "drift of what stays [m]")
-            claims.append(
-                kept._replace(measure=lambda run: kept.measure(run._replace(hand=moved(run))))
-            )
-        if len(mu) and not self.is_defective and not delay:
-            largest = max(float(np.abs(1.0 - period * mu).max()), 1e-300)
-            claims.append(
-                rate(-np.log(largest) / period, off, share, "decay rate of the error [1/s]")
-            )
-        return conditions + claims
+        if self.zeros and names.kept:
+            claims.append(kept._replace(measure=lambda run: kept.measure(moved(run))))
+        if names.rate and len(self._moving()) and not self.is_defective:
+            value = self.held_rate(period)
+            claims.append(rate(value, off, accuracy.rate, names.rate, floor=floor))
+        return claims
 
     def _moving(self):
         size = np.abs(self.eigenvalues).max(initial=0.0)
@@ -117,29 +155,37 @@ def linear_theorem(matrix, constant=0.0):
     constant = np.broadcast_to(
         np.asarray(constant, dtype=float).T, np.shape(constant)[1:] + (len(matrix),)
     ).T
-    values, vectors = np.linalg.eig(matrix)
+    symmetric = bool((matrix == matrix.T).all())
+    values, vectors = (np.linalg.eigh if symmetric else np.linalg.eig)(matrix)
     size = max(np.abs(values).max(initial=0.0), 1e-300)
     moving = np.abs(values) > ZERO * size
     mu, zeros = values[moving], int((~moving).sum())
     projection = _projection(matrix, zeros, size)
     stable = projection is not None and bool((mu.real > ZERO * size).all())
     found = {"offset": None, "drift": None, "noise": None}
-    if stable:
+    if projection is not None:
         group_inverse = np.linalg.inv(matrix + size * projection) - projection / size
         found["offset"], found["drift"] = group_inverse @ constant, projection @ constant
-        found["noise"] = _variance(matrix, projection)
+        found["noise"] = _variance(matrix, projection) if stable else None
     late = (0.5 * np.pi - np.abs(phase_of(mu))) / np.abs(mu)
     return LinearTheorem(
         values[np.argsort(values.real, kind="stable")],
         zeros,
         float(mu.real.min()) if stable and len(mu) else None,
-        projection if stable else None,
+        projection,
         is_defective=bool(np.linalg.cond(vectors) > DEFECTIVE),
         is_stable=stable,
         longest_period=float(stable_step(mu)) if stable and len(mu) else np.inf,
         longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,
         **found,
     )
+
+
+def _largest_root(mu, steps):
+    """Return the largest modulus of a root of ``z^(steps + 1) - z^steps + mu``, ``steps`` above 0."""
+    polynomial = np.zeros(steps + 2, dtype=complex)
+    polynomial[[0, 1, -1]] = 1.0, -1.0, mu
+    return float(np.abs(np.roots(polynomial)).max())
 
 
 def _projection(matrix, zeros, size):

@@ -4,11 +4,14 @@ import copy
 
 import numpy as np
 
+from mrs_simulator.core.linear_theorem import NAMES, linear_theorem
 from mrs_simulator.protocols.common import commands_by
 
 
 class LinearErrors:
     """Mixin of laws under which the errors ``e = p - r(t)`` obey ``e' = -M e``."""
+
+    NAMES = NAMES  # of what follows from M and r
 
     def error_matrix(self):
         """Return M [1/s], (n, n) or, of all coordinates robot by robot, (n d, n d); None without one."""
@@ -17,6 +20,15 @@ class LinearErrors:
     def reference(self, time):
         """Return r at ``time`` (m,) [s], (m, n, d) [m], or (n, d) if it rests; here the origin."""
         return np.zeros((len(self.numbers), self.dimension))
+
+    def theorem(self):
+        """Return the ``LinearTheorem`` of M and r, which rests."""
+        matrix, rest = self.error_matrix(), self.reference(0.0)
+        return linear_theorem(matrix, matrix @ rest.reshape(len(matrix), -1))
+
+    def consequences(self, start, accuracy, **options):
+        """Return the claims of the theorem, as ``LinearTheorem.consequences`` does."""
+        return self.theorem().consequences(start, self.period, accuracy, self.NAMES, **options)
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""

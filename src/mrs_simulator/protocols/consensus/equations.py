@@ -6,7 +6,6 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 import numpy as np
 
 from mrs_simulator.core.edge_terms import Flow, difference_sum, edge_sum, weighted
-from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, nonzero_eigenvalues, stable_step
 
 
@@ -70,34 +69,10 @@ def delayed_consensus(history, topology):
     """Return ``u_i(t) = sum_j a_ij (p_j(t - tau) - p_i(t - tau))``, (n, d) [m/s].
 
     ``history``: the points (n, d) [m] at the last commands, the oldest first, which is that of
-    ``t - tau``.  Stable iff ``tau`` is below :func:`largest_delay`.  Olfati-Saber and Murray, 2004.
+    ``t - tau``.  Stable iff ``tau`` is below ``(pi/2 - |arg mu|)/|mu|`` for all eigenvalues mu of L but
+    one 0.  Olfati-Saber and Murray, 2004.
     """
     return consensus(history[0], topology)
-
-
-def largest_delay(topology, gain=1.0):
-    """Return the bound of tau [s]: least ``(pi/2 - |arg mu|)/(gain |mu|)`` over the nonzero mu.
-
-    Undirected: ``pi/(2 gain lambda_max)``.
-    """
-    mu = moving_eigenvalues(topology)
-    bounds = (np.pi / 2.0 - np.abs(phase_of(mu))) / (gain * np.abs(mu))
-    return float(np.min(bounds, initial=np.inf))
-
-
-def delayed_rate(topology, gain, period, steps):
-    """Return the rate [1/s] of ``p' = -gain L p(t - steps period)`` with held inputs.
-
-    Each mode mu is ``z^(d+1) - z^d + gain period mu = 0``, d = ``steps``; negative if one grows.
-    """
-    largest = 0.0
-    for mu in np.unique(np.round(moving_eigenvalues(topology), 9)):
-        polynomial = np.zeros(steps + 2, dtype=complex)
-        polynomial[0] = 1.0
-        polynomial[1] -= 1.0
-        polynomial[-1] += gain * period * mu
-        largest = max(largest, float(np.max(np.abs(np.roots(polynomial)))))
-    return _rate_of(largest, period)
 
 
 # Double integrators ----------------------------------------------------------------------------

@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from mrs_simulator.core.claims import LAW, RATE_FLOOR, Claim, Condition, converges_to, decreases
+from mrs_simulator.core.claims import (
+    LAW,
+    RATE_FLOOR,
+    Claim,
+    Condition,
+    centroid,
+    converges_to,
+    decreases,
+    invariant,
+)
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
 from mrs_simulator.protocols.common import AGREED, attracting, below, spanning_tree
@@ -11,7 +20,7 @@ from mrs_simulator.protocols.consensus.equations import (
     event_thresholds,
     laplacian_potential,
 )
-from mrs_simulator.protocols.consensus.law import GAIN, keeps_weighted_mean
+from mrs_simulator.protocols.consensus.law import GAIN, NAMES
 from mrs_simulator.protocols.consensus.memory import Remembering
 from mrs_simulator.protocols.consensus.published import EventTriggered
 from mrs_simulator.protocols.energies import averaging_energy
@@ -85,7 +94,7 @@ class EventTriggeredConsensus(Remembering):
             return conditions
         return conditions + [
             converges_to(start.mean(axis=0), AGREED, "distance from the mean [m]", free=True),
-            keeps_weighted_mean(self.topology),
+            invariant(centroid, 0.01, NAMES.kept),
             decreases(self._potential, "growth of p^T L p [-]", 1e-6, free=True),
             Claim("p^T L p over its bound [-]", 1.0, 1e-6, self._over, "at most", free=True),
             Claim(

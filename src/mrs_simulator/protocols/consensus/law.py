@@ -4,17 +4,11 @@ import numpy as np
 
 from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.claims import (
-    Condition,
-    converges_to,
-    decreases,
-    disagreement,
-    invariant,
-    rate,
-)
+from mrs_simulator.core.claims import Condition, decreases
 from mrs_simulator.core.edge_terms import difference_flow
 from mrs_simulator.core.fields import Parameter
-from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, sampled_rate
+from mrs_simulator.core.linear_theorem import Accuracy, Names
+from mrs_simulator.core.spectra import laplacian_eigenvalues
 from mrs_simulator.core.stability import Stability, share_left
 from mrs_simulator.protocols.common import (
     AGREED,
@@ -25,7 +19,6 @@ from mrs_simulator.protocols.common import (
 )
 from mrs_simulator.protocols.consensus.equations import (
     discrete_flow,
-    has_simple_modes,
     largest_step,
 )
 from mrs_simulator.protocols.consensus.over_links import AveragingLaw
@@ -40,19 +33,8 @@ EPS = Parameter(
     meaning="share of the differences removed by each command",
     why="converges below 2/lambda_max",
 )
-AT_LIMIT = "distance from agreement on w^T p(0) [m]"
-
-
-def keeps_weighted_mean(topology):
-    """Return the claim that ``w^T p`` stays."""
-    weights = left_null_vector(topology)
-    return invariant(lambda hand: np.einsum("i,mid->md", weights, hand), 0.01, "drift of w^T p [m]")
-
-
-def decays_at(value, topology, of=disagreement):
-    """Return the claim of a decay rate ``value`` [1/s], in a list; an empty one without simple modes."""
-    known = topology.n > 1 and has_simple_modes(topology)
-    return [rate(value, of, 0.02, DECAY)] if known else []
+NAMES = Names("distance from agreement on w^T p(0) [m]", "drift of w^T p [m]", DECAY)
+ACCURACY = Accuracy(place=AGREED, kept=0.01)
 
 
 def never_grows(quantity, name, period):
@@ -82,6 +64,7 @@ class Consensus(AveragingLaw, PioneerControl):
     PARAMETERS = (GAIN,)
     DIMENSIONS = (2, 3)
     MEMORYLESS = True
+    NAMES = NAMES
     THRESHOLD = r"$\kappa T_c = 2/\lambda_{\max}$"
 
     def published(self):
@@ -98,11 +81,7 @@ class Consensus(AveragingLaw, PioneerControl):
         conditions = [spanning_tree(self.topology), *self._converging()]
         if not self.topology.has_spanning_tree():
             return conditions
-        return conditions + [
-            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
-            keeps_weighted_mean(self.topology),
-            *decays_at(sampled_rate(self.error_matrix(), self.period), self.topology),
-        ]
+        return conditions + self.consequences(start, ACCURACY)
 
     def _converging(self):
         return gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))

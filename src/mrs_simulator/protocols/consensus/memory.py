@@ -5,8 +5,9 @@ import copy
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
+from mrs_simulator.core.claims import Claim, Condition, disagreement
 from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.core.spectra import left_null_vector
 from mrs_simulator.core.stability import Stability, share_left
 from mrs_simulator.protocols.common import (
@@ -20,13 +21,11 @@ from mrs_simulator.protocols.common import (
 from mrs_simulator.protocols.consensus.energies import second_order_energy
 from mrs_simulator.protocols.consensus.equations import (
     delayed_consensus,
-    delayed_rate,
-    largest_delay,
     least_damping,
     second_order_consensus,
     second_order_rate,
 )
-from mrs_simulator.protocols.consensus.law import AT_LIMIT, GAIN, keeps_weighted_mean
+from mrs_simulator.protocols.consensus.law import ACCURACY, GAIN, NAMES
 from mrs_simulator.protocols.consensus.published import Delayed, SecondOrder
 from mrs_simulator.protocols.published.laws import Resumed, exact_motion, weights_of
 
@@ -52,6 +51,12 @@ PUSH = Parameter(
     "push", 0.0, "m/s", low=0.0, high=10.0, meaning="largest initial velocity along each axis"
 )
 SEED = Parameter("seed", 0, low=0, high=2**31 - 1, meaning="of everything random in the protocol")
+
+
+def stable_if_held(decay):
+    """Return the condition that errors ``decay`` [1/s] under held commands."""
+    why = "the command period is too long"
+    return Condition("stable with held commands", decay > 0.0, why, necessary=True)
 
 
 class Remembering(PioneerControl):
@@ -143,28 +148,24 @@ class DelayedConsensus(Solved):
         if not all_hold(conditions):
             return conditions
         tau = self.delay_steps * self.period
-        decay = delayed_rate(self.topology, self.gain, self.period, self.delay_steps)
-        bound = largest_delay(self.topology, self.gain)
+        theorem = self._theorem()
+        decay = theorem.held_rate(self.period, self.delay_steps)
         conditions += [
-            below("tau < pi/(2 gain lambda_max) [s]", tau, bound, necessary=True),
-            Condition(
-                "stable with held commands",
-                decay > 0.0,
-                "the command period is too long",
-                necessary=True,
-            ),
+            below("tau < pi/(2 gain lambda_max) [s]", tau, theorem.longest_delay, necessary=True),
+            stable_if_held(decay),
         ]
-        return conditions + [
-            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
-            keeps_weighted_mean(self.topology),
-            decays_as(self.prediction, disagreement),
-        ]
+        claims = theorem.consequences(start, self.period, ACCURACY, NAMES._replace(rate=""))
+        return [*conditions, *claims, decays_as(self.prediction, disagreement)]
+
+    def _theorem(self):
+        """Return what theory says of ``gain L``, all of which is late by tau."""
+        return linear_theorem(self.gain * self.topology.laplacian())
 
     def stability(self, start):
         """Return how far tau, not rounded, is from ``pi/(2 gain lambda_max)``."""
         if self.links.faults or self.gain <= 0.0:
             return None
-        margin = share_left(self.tau, largest_delay(self.topology, self.gain))
+        margin = share_left(self.tau, self._theorem().longest_delay)
         return Stability(r"$\tau = \pi/(2\kappa\lambda_{\max})$", margin)
 
 
@@ -221,12 +222,7 @@ class SecondOrderConsensus(Resumable):
             Condition(
                 name, self.g > bound, "{:.4g} against {:.4g}".format(self.g, bound), necessary=True
             ),
-            Condition(
-                "stable with held commands",
-                decay > 0.0,
-                "the command period is too long",
-                necessary=True,
-            ),
+            stable_if_held(decay),
         ]
         return conditions + [
             Claim(

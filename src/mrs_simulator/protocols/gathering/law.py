@@ -12,7 +12,6 @@ from mrs_simulator.core.claims import (
     converges_to,
     decreases,
     disagreement,
-    distance_to,
     invariant,
     rate,
     slope,
@@ -21,6 +20,7 @@ from mrs_simulator.core.claims import (
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import phase_of
+from mrs_simulator.core.linear_theorem import ACCURACY, Names
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, resting
@@ -57,6 +57,9 @@ class Containment(LinearErrors, PioneerControl):
 
     DIMENSIONS = (2, 3)
     MEMORYLESS = True
+    NAMES = Names(
+        "distance from -L_ff^-1 L_fl p_l [m]", "", "decay rate of the followers' error [1/s]"
+    )
 
     def published(self):
         """Return the law as published."""
@@ -106,7 +109,7 @@ class Containment(LinearErrors, PioneerControl):
 
     def claims(self, start):
         """Return the followers' limit, its place in the leaders' hull, and the rate of ``L_ff``."""
-        decay, followers = sampled_rate(self.error_matrix(), self.period), len(start) - self.leaders
+        decay, followers = self.theorem().held_rate(self.period), len(start) - self.leaders
         reached = gathering_equations.all_reached_by_leaders(self.topology, self.leaders)
         conditions = [
             Condition(
@@ -124,21 +127,15 @@ class Containment(LinearErrors, PioneerControl):
             )
         if not followers or not reached:
             return conditions
-        limit, corners = self.targets(start), start[followers:]
+        corners, floor = start[followers:], resting(self, followers)
 
         def outside(run):
             return float(gathering_equations.outside_hull(run.hand[-1, :followers], corners).max())
 
-        return conditions + [
-            converges_to(limit, 0.02, "distance from -L_ff^-1 L_fl p_l [m]"),
+        return [
+            *conditions,
+            *self.consequences(start, ACCURACY, floor=floor, free=False),
             Claim("farthest out of the leaders' hull [m]", 0.0, 1e-3, outside, "at most"),
-            rate(
-                decay,
-                distance_to(limit),
-                0.02,
-                "decay rate of the followers' error [1/s]",
-                floor=resting(self, followers),
-            ),
         ]
 
 

@@ -15,13 +15,12 @@ from mrs_simulator.core.claims import (
     converges_to,
     decay_rate,
     decreases,
-    disagreement,
-    distance_to,
     ends_at,
     invariant,
     rate,
 )
 from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.linear_theorem import NAMES, Accuracy
 from mrs_simulator.core.spectra import (
     is_infinitesimally_bearing_rigid,
     is_infinitesimally_rigid,
@@ -36,7 +35,6 @@ from mrs_simulator.protocols.common import (
     resting,
     spanning_tree,
 )
-from mrs_simulator.protocols.consensus.equations import has_simple_modes
 from mrs_simulator.protocols.consensus.over_links import AveragingLaw
 from mrs_simulator.protocols.energies import error_energy
 from mrs_simulator.protocols.linear_errors import LinearErrors
@@ -110,6 +108,12 @@ class Shaped(PioneerControl):
         """Return the ``Tolerances`` for what moves the robots."""
         return TOLERANCES[self.fidelity]
 
+    @property
+    def accuracy(self):
+        """Return of these what a linear theorem asks for, ``Accuracy``."""
+        allowed = self.tolerance
+        return Accuracy(allowed.place, allowed.drift, allowed.rate)
+
 
 def without_rates(claims, fidelity):
     """Return ``claims``, on full dynamics without rates: friction leaves millimetres that never decay."""
@@ -180,6 +184,8 @@ class DisplacementFormation(AveragingLaw, Shaped):
     lambda_2``. Held commands ask for ``|1 - gain Tc mu| < 1``.
     """
 
+    NAMES = NAMES._replace(limit="distance from d + w^T (p(0) - d) [m]", kept="drift of w^T p [m]")
+
     def published(self):
         """Return the law as published."""
         return Averaging(weights_of(self.topology), self.gain, self.published_places())
@@ -206,27 +212,12 @@ class DisplacementFormation(AveragingLaw, Shaped):
         if not all_hold(conditions):
             return conditions
         conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
-        places, limit, allowed = self.places(), self.targets(start), self.tolerance
-        weights = left_null_vector(self.topology)
-        decay = sampled_rate(self.error_matrix(), self.period)
-
-        def weighted_mean(hand):
-            return np.einsum("i,mid->md", weights, hand)
-
-        claims = [
-            displacement_error(places, self.topology, allowed.rest),
-            converges_to(limit, allowed.place, "distance from d + w^T (p(0) - d) [m]", free=True),
-            invariant(weighted_mean, allowed.drift, "drift of w^T p [m]"),
-            rate(
-                decay,
-                formation_error(places),
-                allowed.rate,
-                "decay rate of the error [1/s]",
-                floor=resting(self, len(start)),
-            ),
+        floor = resting(self, len(start))
+        return [
+            *conditions,
+            displacement_error(self.places(), self.topology, self.tolerance.rest),
+            *self.consequences(start, self.accuracy, floor=floor),
         ]
-        claims = claims if has_simple_modes(self.topology) else claims[:-1]
-        return conditions + claims
 
     def claims_over_links(self, start):
         """Return what :class:`Consensus` does, of the errors ``p - d``."""
@@ -247,11 +238,6 @@ def displacement_error(places, topology, tolerance):
         return np.linalg.norm(away[:, receiver] - away[:, sender], axis=2).max(axis=1, initial=0.0)
 
     return ends_at(worst, 0.0, tolerance, "worst displacement error at the end [m]")
-
-
-def formation_error(places):
-    """Return the quantity ``|p - d|`` without the part that all share, (m,) [m]."""
-    return lambda hand: disagreement(hand - places)
 
 
 class DistanceFormation(Shaped):
@@ -431,6 +417,7 @@ class BearingLeaders(LinearErrors, Shaped):
     """
 
     PARAMETERS = (GAIN, SHAPE, SIZE._replace(meaning="from one robot to the next; leaders fix it"))
+    NAMES = NAMES._replace(limit="distance from the unique target [m]", kept="")
 
     def published(self):
         """Return the law as published."""
@@ -464,23 +451,15 @@ class BearingLeaders(LinearErrors, Shaped):
         conditions = [self._unique()]
         if not all_hold(conditions):
             return conditions
-        places, topology, allowed = self.places(), self.topology, self.tolerance
         values = np.linalg.eigvals(self._follower_matrix())
         conditions += gain_conditions(self.gain, self.period, values)
         conditions.append(self._leaders_fit(start))
-        limit = self.targets(start)
-        claims = [
-            converges_to(limit, allowed.place, "distance from the unique target [m]"),
-            bearing_error(places, topology, allowed.share),
-            rate(
-                sampled_rate(self.error_matrix(), self.period),
-                distance_to(limit),
-                allowed.rate,
-                "decay rate of the error [1/s]",
-                floor=resting(self, len(start) - LEADERS),
-            ),
+        floor = resting(self, len(start) - LEADERS)
+        return [
+            *conditions,
+            *self.consequences(start, self.accuracy, floor=floor, free=False),
+            bearing_error(self.places(), self.topology, self.tolerance.share),
         ]
-        return conditions + claims
 
     def error_matrix(self):
         """Return ``gain B``, (n d, n d) [1/s], B the bearing Laplacian with zeros for the leaders."""

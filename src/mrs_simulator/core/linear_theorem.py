@@ -14,6 +14,7 @@ from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.spectra import stable_step
 
 ZERO = 1e-7  # [-] of the largest eigenvalue, below which one that is computed counts as zero
+ROUNDING = 1e-13  # [-] of the largest entry, by which a symmetric M may be off
 DEFECTIVE = 1e6  # [-] condition of the eigenvectors from which on M has too few
 MOST_NOISY = 40  # coordinates for which the equation of variances is solved
 
@@ -67,12 +68,12 @@ class LinearTheorem(NamedTuple):
         sizes = np.abs(1.0 - mu) if steps == 0 else [_largest_root(one, steps) for one in mu]
         return float(-np.log(max(*sizes, 1e-300)) / period) if len(mu) else np.inf
 
-    def claims(self, start, period, delay=0.0, place=0.02, share=0.02):
+    def claims(self, start, period, delay=0.0, place=0.02, share=0.02, floor=0.0):
         """Return what theory says of a run from ``start`` (n, d), a list of ``Condition`` and ``Claim``.
 
         Commands are held for ``period`` [s], all of M x is late by ``delay`` [s].  The limit, which drifts
         as the constant says, and what stays of the start hold within ``place`` [m], the decay rate within
-        ``share``; there is none of a defective M, or with a delay.
+        ``share``; there is none of a defective M, or with a delay.  ``floor`` as in ``claims.rate``.
         """
         why = "{:.4g} against {:.4g}".format
         conditions = [
@@ -87,7 +88,7 @@ class LinearTheorem(NamedTuple):
             return conditions
         accuracy = Accuracy(place, place, share)
         names = NAMES._replace(rate="") if delay else NAMES
-        return conditions + self.consequences(start, period, accuracy, names)
+        return conditions + self.consequences(start, period, accuracy, names, floor)
 
     def consequences(self, start, period, accuracy=ACCURACY, names=NAMES, floor=0.0, free=True):
         """Return the claims alone of a run from ``start`` (n, d): limit, what stays, and decay rate.
@@ -109,15 +110,14 @@ class LinearTheorem(NamedTuple):
                 hand - self._kept(hand) - self._as(self.offset, start), axis=(1, 2)
             )
 
-        at_end = converges_to(limit, accuracy.place, names.limit, free=free)
-        each = np.sqrt(len(start))  # the norm is over all robots: that of a robot in the mean
-        kept = invariant(lambda hand: self._kept(hand) / each, accuracy.kept, names.kept)
-        claims = [
-            at_end._replace(
-                measure=lambda run: at_end.measure(moved(run)), place=limit if staying else None
-            )
-        ]
+        claims = []
+        if names.limit:
+            at_end = converges_to(limit, accuracy.place, names.limit, free=free)
+            measure = lambda run: at_end.measure(moved(run))  # noqa: E731
+            claims.append(at_end._replace(measure=measure, place=limit if staying else None))
         if self.zeros and names.kept:
+            each = np.sqrt(len(start))  # the norm is over all robots: that of a robot in the mean
+            kept = invariant(lambda hand: self._kept(hand) / each, accuracy.kept, names.kept)
             claims.append(kept._replace(measure=lambda run: kept.measure(moved(run))))
         if names.rate and len(self._moving()) and not self.is_defective:
             value = self.held_rate(period)
@@ -155,7 +155,8 @@ def linear_theorem(matrix, constant=0.0):
     constant = np.broadcast_to(
         np.asarray(constant, dtype=float).T, np.shape(constant)[1:] + (len(matrix),)
     ).T
-    symmetric = bool((matrix == matrix.T).all())
+    uneven = np.abs(matrix - matrix.T).max(initial=0.0)
+    symmetric = uneven <= ROUNDING * np.abs(matrix).max(initial=0.0)
     values, vectors = (np.linalg.eigh if symmetric else np.linalg.eig)(matrix)
     size = max(np.abs(values).max(initial=0.0), 1e-300)
     moving = np.abs(values) > ZERO * size

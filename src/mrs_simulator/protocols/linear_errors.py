@@ -22,13 +22,14 @@ class LinearErrors:
         return np.zeros((len(self.numbers), self.dimension))
 
     def theorem(self):
-        """Return the ``LinearTheorem`` of M and r, which rests."""
+        """Return the ``LinearTheorem`` of M, and of r, which rests."""
         matrix, rest = self.error_matrix(), self.reference(0.0)
         return linear_theorem(matrix, matrix @ rest.reshape(len(matrix), -1))
 
     def consequences(self, start, accuracy, **options):
         """Return the claims of the theorem, as ``LinearTheorem.consequences`` does."""
-        return self.theorem().consequences(start, self.period, accuracy, self.NAMES, **options)
+        options.setdefault("names", self.NAMES)
+        return self.theorem().consequences(start, self.period, accuracy, **options)
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
@@ -60,6 +61,19 @@ class Tracking(LinearErrors):
     def reference(self, time):
         """Return the wanted places, (m, n, d) [m]."""
         return self.wanted(time)
+
+    def theorem(self):
+        """Return the ``LinearTheorem`` of the errors."""
+        return linear_theorem(self.error_matrix())
+
+    def consequences(self, start, accuracy, **options):
+        """Return the claims of the theorem, of the errors."""
+
+        def of_errors(measure):
+            return lambda run: measure(run._replace(hand=self.errors(run)))
+
+        claims = super().consequences(start - self.wanted([0.0])[0], accuracy, **options)
+        return [claim._replace(measure=of_errors(claim.measure), place=None) for claim in claims]
 
     def targets(self, hand):
         """Return where the robots are wanted now, (n, d) [m]."""

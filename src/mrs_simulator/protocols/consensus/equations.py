@@ -24,17 +24,6 @@ def moving_eigenvalues(topology):
     return nonzero_eigenvalues(laplacian_eigenvalues(topology))
 
 
-def has_simple_modes(topology):
-    """Return whether L has a basis of eigenvectors: only then modes decay as pure exponentials.
-
-    A chain, say, has none: its disagreement decays like ``t^(n-2) exp(-t)``.
-    """
-    if not topology.directed:
-        return True
-    _, vectors = np.linalg.eig(topology.laplacian())
-    return bool(np.linalg.cond(vectors) < 1e6)
-
-
 # In steps --------------------------------------------------------------------------------------
 
 

@@ -17,15 +17,15 @@ from mrs_simulator.core.claims import (
 )
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, direction_of, wrap_angle
-from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
+from mrs_simulator.core.linear_theorem import Accuracy, Names, linear_theorem
+from mrs_simulator.core.spectra import left_null_vector
 from mrs_simulator.protocols.common import (
     all_hold,
     attracting,
     below,
     spanning_tree,
 )
-from mrs_simulator.protocols.consensus.equations import has_simple_modes
-from mrs_simulator.protocols.energies import error_energy
+from mrs_simulator.protocols.energies import error_energy, unshared
 from mrs_simulator.protocols.linear_errors import Tracking
 from mrs_simulator.protocols.marching import equations as laws
 from mrs_simulator.protocols.published.laws import weights_of
@@ -44,6 +44,8 @@ LAST = 5  # [-] a fifth of the run, at its end, must be without error
 SETTLED = 30.0  # [-] times the error that is left at the end: above it, an error still decays
 SMALL = 0.01  # [-] of an error's start, down to which its rate is fitted
 
+ANCHORED = Names("distance from the path's places [m]", "", "")
+FREE = Names("", "drift of the centre from the path [m]", "")
 IN_A_ROW = 0.05  # [-] of the rate of who follows a follower, whose commands are held, too
 SPEED = Parameter("speed", 0.4, "m/s", low=0.0, high=10.0, meaning="along the path")
 RADIUS = Parameter(
@@ -146,6 +148,9 @@ class Marching(Tracking, Shaped):
         needed = [spanning_tree(self.topology), *self._straight()]
         if not self.feed_forward and (self.gain == 0.0 or not all_hold(needed)):
             return None
+        return self._matrix()
+
+    def _matrix(self):
         return self.gain * self.topology.laplacian() + self.anchor * np.eye(self.topology.n)
 
     def reference(self, time):
@@ -175,13 +180,12 @@ class Marching(Tracking, Shaped):
 
     def claims(self, start):
         """Return that no steady error is left, or without feed-forward the one that is."""
-        values = self.gain * laplacian_eigenvalues(self.topology) + self.anchor
         conditions = [
             attracting(self.gain),
             below(
                 "Tc < 2/(gain lambda_max + anchor) [s]",
                 self.period,
-                stable_step(values),
+                linear_theorem(self._matrix()).longest_period,
                 necessary=True,
             ),
             spanning_tree(self.topology),
@@ -190,7 +194,7 @@ class Marching(Tracking, Shaped):
             conditions += self._straight()
         if not all_hold(conditions[2:]) or (self.gain == 0.0 and not self.feed_forward):
             return conditions  # with gain 0 nothing bounds the lag
-        claims = self._no_error() if self.feed_forward else self._lags()
+        claims = self._no_error(start) if self.feed_forward else self._lags()
         return conditions + without_rates(claims, self.fidelity)
 
     def _listens(self):
@@ -208,11 +212,7 @@ class Marching(Tracking, Shaped):
 
     def _lag(self):
         """Return how far each robot lags, (n,) [m]: ``i v_d/kappa`` for follower i of a chain."""
-        listens = self._listens()
-        lag = np.zeros(len(listens))
-        among = self.gain * self.topology.laplacian()[np.ix_(listens, listens)]
-        lag[listens] = np.linalg.solve(among, np.full(int(listens.sum()), self.speed))
-        return lag
+        return linear_theorem(self._matrix(), self.speed * self._listens()).offset
 
     def _lags(self):
         lag, leader = self._lag(), int(np.flatnonzero(~self._listens())[0])
@@ -242,9 +242,9 @@ class Marching(Tracking, Shaped):
             Claim("drift of the leader from its path [m]", 0.0, allowed.place, drift, free=True),
         ]
 
-    def _no_error(self):
+    def _no_error(self, start):
         receiver, sender, _ = self.topology.arcs
-        weights, allowed = left_null_vector(self.topology), self.tolerance
+        allowed = self.tolerance
 
         def displacement(run):
             errors = self.errors(run)[-max(1, len(run.time) // LAST) :]
@@ -253,21 +253,13 @@ class Marching(Tracking, Shaped):
             ]
             return float(max(worst))
 
-        def drift(run):
-            centre = np.einsum("i,mid->md", weights, self.errors(run))
-            return float(np.linalg.norm(centre - centre[0], axis=1).max())
-
-        def place(run):
-            return float(np.linalg.norm(self.errors(run)[-1], axis=1).max())
-
-        claims = [
-            Claim("steady displacement error [m]", 0.0, allowed.rest, displacement),
-            Claim("drift of the centre from the path [m]", 0.0, allowed.place, drift, free=True),
-        ]
-        if self.anchor > 0.0:
-            claims[1] = Claim("distance from the path's places [m]", 0.0, allowed.place, place)
-        if len(self.numbers) > 1 and has_simple_modes(self.topology):
-            decay = self._decay()
+        accuracy = Accuracy(allowed.place, allowed.place)
+        claims = [Claim("steady displacement error [m]", 0.0, allowed.rest, displacement)]
+        names = ANCHORED if self.anchor > 0.0 else FREE
+        claims += self.consequences(start, accuracy, names=names, free=False)
+        apart = self._apart()
+        if len(self.numbers) > 1 and not apart.is_defective:
+            decay = apart.held_rate(self.period)
             claims.append(
                 Claim(
                     "decay rate of the error [1/s]",
@@ -281,12 +273,10 @@ class Marching(Tracking, Shaped):
             )
         return claims
 
-    def _decay(self):
-        """Return the rate [1/s] of what the robots' errors do not share, inputs held."""
-        values = np.linalg.eigvals(self.topology.laplacian())
-        values = np.delete(values, np.argmin(np.abs(values)))
-        largest = np.abs(1.0 - self.period * (self.gain * values + self.anchor)).max()
-        return float(-np.log(max(largest, 1e-300)) / self.period)
+    def _apart(self):
+        """Return the ``LinearTheorem`` of what the robots' errors do not share."""
+        basis = unshared(len(self.numbers))
+        return linear_theorem(basis.T @ self._matrix() @ basis)
 
 
 class LeaderFollower(Shaped):

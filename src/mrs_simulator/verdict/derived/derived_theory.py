@@ -8,7 +8,6 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.claims import Claim, rate
 from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.core.writing import Limited
 from mrs_simulator.protocols.common import resting
@@ -116,11 +115,5 @@ def _stating(control, fit, theorem):
 
 def _claims(control, theorem, start):
     """Return what the ``theorem`` says of a run from ``start``, rates as far as friction lets them show."""
-    floor, most = resting(control, len(start)), PLACE[control.fidelity]
-    claims = theorem.claims(start, control.period, place=most)
-    return [
-        rate(each.predicted, each.decays, SHARE, each.name, floor=floor)
-        if isinstance(each, Claim) and each.decays is not None
-        else each
-        for each in claims
-    ]
+    floor, place = resting(control, len(start)), PLACE[control.fidelity]
+    return theorem.claims(start, control.period, place=place, share=SHARE, floor=floor)

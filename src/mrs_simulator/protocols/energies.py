@@ -39,20 +39,6 @@ def _squares(points):
     return (points**2).sum(axis=(-2, -1))
 
 
-def averaging_energy(topology, gain, places=0.0):
-    """Return the energy of ``p' = -gain L (p - places)``, None where none is known.
-
-    ``V = e^T L e/2`` on an undirected graph, else :func:`error_energy`.
-    """
-    if gain <= 0.0:
-        return None
-    if not topology.directed:
-        return laplacian_energy(topology, gain, places)
-    if topology.n < 2 or not topology.has_spanning_tree():
-        return None
-    return error_energy(topology.laplacian(), gain, lambda hand: hand - places)
-
-
 def unshared(n):
     """Return an orthonormal basis, (n, n-1), of what n robots do not share."""
     return np.linalg.qr(np.column_stack([np.ones(n), np.eye(n)[:, : n - 1]]))[0][:, 1:]

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.linear_theorem import NAMES, linear_theorem
 from mrs_simulator.protocols.common import commands_by
+from mrs_simulator.protocols.energies import error_energy
 
 
 class LinearErrors:
@@ -30,6 +31,18 @@ class LinearErrors:
         """Return the claims of the theorem, as ``LinearTheorem.consequences`` does."""
         options.setdefault("names", self.NAMES)
         return self.theorem().consequences(start, self.period, accuracy, **options)
+
+    def energy(self, start):
+        """Return ``e^T P e`` of what moves, ``M^T P + P M = gain I`` there; None where it grows."""
+        matrix = self.error_matrix()
+        if self.gain <= 0.0 or matrix is None or not matrix.any():
+            return None
+        rest = self.reference(0.0)
+
+        def error(hand):
+            return (hand - rest).reshape(hand.shape[:-2] + (len(matrix), -1))
+
+        return error_energy(matrix / self.gain, self.gain, error)
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
@@ -61,6 +74,10 @@ class Tracking(LinearErrors):
     def reference(self, time):
         """Return the wanted places, (m, n, d) [m]."""
         return self.wanted(time)
+
+    def energy(self, start):
+        """Return None: no energy is stated of errors from what moves."""
+        return None
 
     def theorem(self):
         """Return the ``LinearTheorem`` of the errors."""

@@ -23,7 +23,7 @@ from mrs_simulator.protocols.consensus.equations import (
 from mrs_simulator.protocols.consensus.law import GAIN, NAMES
 from mrs_simulator.protocols.consensus.memory import Remembering
 from mrs_simulator.protocols.consensus.published import EventTriggered
-from mrs_simulator.protocols.energies import averaging_energy
+from mrs_simulator.protocols.energies import laplacian_energy
 from mrs_simulator.protocols.published.laws import exact_motion, weights_of
 
 SIGMA = Parameter(
@@ -76,7 +76,9 @@ class EventTriggeredConsensus(Remembering):
 
     def energy(self, start):
         """Return ``p^T L p/2`` on an undirected graph, which falls by what was broadcast last."""
-        return None if self.topology.directed else averaging_energy(self.topology, self.gain)
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        return laplacian_energy(self.topology, self.gain)
 
     def claims(self, start):
         """Return limit, invariant, decrease of ``p^T L p`` and few broadcasts."""

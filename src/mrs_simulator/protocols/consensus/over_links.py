@@ -32,7 +32,7 @@ from mrs_simulator.protocols.consensus.over_links_equations import (
     round_of,
     step_matrix,
 )
-from mrs_simulator.protocols.energies import averaging_energy
+from mrs_simulator.protocols.energies import laplacian_energy
 from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.scenario.network.links import Links
 
@@ -119,7 +119,9 @@ class AveragingLaw(LinearErrors):
 
     def energy(self, start):
         """Return ``e^T L e/2``, ``e = p - r``, over a directed graph that of the disagreement."""
-        return averaging_energy(self.topology, self.gain, self.reference(0.0))
+        if self.topology.directed or self.gain <= 0.0:
+            return super().energy(start)
+        return laplacian_energy(self.topology, self.gain, self.reference(0.0))
 
     def claims_over_links(self, start):
         """Return limit and rate over delayed and switching edges, agreement over lossy ones."""

@@ -11,8 +11,8 @@ from mrs_simulator.core.graphs import Topology, arcs_of
 from mrs_simulator.core.spectra import stable_step
 from mrs_simulator.protocols.common import below, commands_by
 from mrs_simulator.protocols.consensus.over_links import AveragingLaw, Linear, linear_claims
-from mrs_simulator.protocols.energies import error_energy
 from mrs_simulator.protocols.formation import equations as formation
+from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
 
@@ -133,8 +133,7 @@ class Formation(AveragingLaw, PioneerControl):
 
     def energy(self, start):
         """Return the energy of what robots are off each other's places."""
-        places = self.published().places
-        return error_energy(self._laplacian(), self.gain, lambda hand: hand - places)
+        return LinearErrors.energy(self, start)
 
     def error_matrix(self):
         """Return ``kappa D^-1 L``, (n, n) [1/s]."""

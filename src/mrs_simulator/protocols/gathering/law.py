@@ -24,7 +24,7 @@ from mrs_simulator.core.linear_theorem import ACCURACY, Names
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, resting
-from mrs_simulator.protocols.energies import error_energy, laplacian_energy
+from mrs_simulator.protocols.energies import laplacian_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
 from mrs_simulator.protocols.gathering import published
 from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
@@ -99,13 +99,9 @@ class Containment(LinearErrors, PioneerControl):
 
     def energy(self, start):
         """Return ``p^T L p/2`` with leaders that stand, over a directed graph the followers' errors'."""
-        if self.gain <= 0.0:
-            return None
-        if not self.topology.directed:
-            return laplacian_energy(self.topology, self.gain, standing=self.leaders)
-        if self.targets(start) is None or self.leaders == len(start):
-            return None
-        return error_energy(self.error_matrix() / self.gain, self.gain, lambda hand: hand)
+        if self.topology.directed or self.gain <= 0.0:
+            return super().energy(start)
+        return laplacian_energy(self.topology, self.gain, standing=self.leaders)
 
     def claims(self, start):
         """Return the followers' limit, its place in the leaders' hull, and the rate of ``L_ff``."""

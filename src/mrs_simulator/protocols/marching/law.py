@@ -173,8 +173,10 @@ class Marching(Tracking, Shaped):
             type(self).published(self).wanted
         )  # of the whole march, also of one that is resumed
 
+        lag = self._behind(0.0 * self.places())
+
         def error(hand, velocity, time):
-            return hand - self._behind(wanted(self._begun + time))
+            return hand - wanted(self._begun + time) - lag
 
         return error_energy(matrix / self.gain, self.gain, error, moving=True)
 

@@ -36,7 +36,6 @@ from mrs_simulator.protocols.common import (
     spanning_tree,
 )
 from mrs_simulator.protocols.consensus.over_links import AveragingLaw
-from mrs_simulator.protocols.energies import error_energy
 from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.protocols.published.laws import Averaging, shape_of, weights_of
 from mrs_simulator.protocols.shapes import equations as laws
@@ -434,17 +433,6 @@ class BearingLeaders(LinearErrors, Shaped):
         if not self._unique().holds:
             return None
         return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
-
-    def energy(self, start):
-        """Return ``e^T P e`` of the errors from formations with the wanted bearings."""
-        if self.gain <= 0.0:
-            return None
-        places = self.published_places()
-
-        def error(hand):
-            return (hand - places).reshape(hand.shape[:-2] + (-1, 1))
-
-        return error_energy(self.error_matrix() / self.gain, self.gain, error)
 
     def claims(self, start):
         """Return that the unique target is reached, at the rate of ``B_ff``, with its bearings."""

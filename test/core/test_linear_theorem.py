@@ -5,7 +5,7 @@ import pytest
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import Claim
-from mrs_simulator.core.linear_theorem import linear_theorem
+from mrs_simulator.core.linear_theorem import Accuracy, Names, linear_theorem
 from mrs_simulator.study.run.simulating import simulate
 
 CYCLE = {"preset": "cycle"}
@@ -86,3 +86,32 @@ def test_leaders_are_rows_of_zeros_and_their_hull_is_the_limit():
     matrix = np.array([[2.0, -1.0, -1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     limit = linear_theorem(matrix).limit(START[:3])
     np.testing.assert_allclose(limit, [[4.0, 1.5], START[1], START[2]], atol=1e-12)
+
+
+@pytest.mark.parametrize("matrix", [np.zeros((0, 0)), np.zeros((1, 1))])
+def test_where_nothing_moves_nothing_bounds_the_period(matrix):
+    theorem = linear_theorem(matrix)
+    assert not theorem.is_defective
+    assert theorem.longest_period == theorem.held_rate(0.1) == np.inf
+
+
+def test_the_held_rate_with_a_delay_is_that_of_the_longer_state():
+    """x+ = x - T M x_late, over x and its d last values."""
+    matrix, period, steps = np.array([[1.0, -0.4], [0.9, 0.5]]), 0.1, 3
+    shift = np.kron(np.eye(steps + 1, k=-1), np.eye(2))
+    shift[:2, :2] += np.eye(2)
+    shift[:2, -2:] -= period * matrix
+    largest = np.abs(np.linalg.eigvals(shift)).max()
+    found = linear_theorem(matrix).held_rate(period, steps)
+    assert found == pytest.approx(-np.log(largest) / period)
+
+
+def test_what_is_asked_for_is_claimed_under_its_name():
+    theorem = linear_theorem([[1.0, -1.0], [-1.0, 1.0]])
+    accuracy = Accuracy(0.3, 0.2, 0.1)
+    found = theorem.consequences(START[:2], 0.1, accuracy, Names("limit", "kept", "rate"))
+    assert [claim.name for claim in found] == ["limit", "kept", "rate"]
+    assert [claim.tolerance for claim in found] == pytest.approx(
+        [0.3, 0.2, 0.1 * theorem.held_rate(0.1)]
+    )
+    assert theorem.consequences(START[:2], 0.1, accuracy, Names("", "", "")) == []

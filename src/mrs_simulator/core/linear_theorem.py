@@ -174,7 +174,7 @@ def linear_theorem(matrix, constant=0.0):
         zeros,
         float(mu.real.min()) if stable and len(mu) else None,
         projection,
-        is_defective=bool(np.linalg.cond(vectors) > DEFECTIVE),
+        is_defective=bool(len(matrix) and np.linalg.cond(vectors) > DEFECTIVE),
         is_stable=stable,
         longest_period=float(stable_step(mu)) if stable and len(mu) else np.inf,
         longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,

@@ -79,6 +79,11 @@ def is_balanced(topology):
     return bool(np.allclose(topology.out_degree(), topology.in_degree(), 1e-12, 0.0))
 
 
+def unshared(n):
+    """Return an orthonormal basis, (n, n-1), of what n robots do not share."""
+    return np.linalg.qr(np.column_stack([np.ones(n), np.eye(n)[:, : n - 1]]))[0][:, 1:]
+
+
 def sampled_rate(matrix, period):
     """Return the rate [1/s] at which ``p' = -M p`` decays when its input is held for ``period`` [s].
 

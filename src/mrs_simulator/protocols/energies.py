@@ -39,21 +39,15 @@ def _squares(points):
     return (points**2).sum(axis=(-2, -1))
 
 
-def unshared(n):
-    """Return an orthonormal basis, (n, n-1), of what n robots do not share."""
-    return np.linalg.qr(np.column_stack([np.ones(n), np.eye(n)[:, : n - 1]]))[0][:, 1:]
-
-
-def error_energy(matrix, gain, error, moving=False, basis=None):
+def error_energy(matrix, gain, error, moving=False):
     """Return ``V = z^T P z`` of ``e' = -gain M e``, M = ``matrix``, and ``D = gain |z|^2``, ``z = U^T e``.
 
-    U is an orthonormal ``basis`` of what moves, by default of all but the null space of M, and ``N^T P +
-    P N = I``, ``N = U^T M U``; None where z does not decay.  ``error(p)``, or ``error(p, v, t)`` of a
+    U is an orthonormal basis of all but the null space of M, and ``N^T P + P N = I``, ``N = U^T M U``;
+    None where z does not decay.  ``error(p)``, or ``error(p, v, t)`` of a
     ``moving`` goal, returns e, (..., k, d) [m].
     """
-    if basis is None:
-        _, singular, rows = np.linalg.svd(matrix)
-        basis = rows[singular > ZERO * singular.max(initial=0.0)].T
+    _, singular, rows = np.linalg.svd(matrix)
+    basis = rows[singular > ZERO * singular.max(initial=0.0)].T
     among = basis.T @ matrix @ basis
     if np.linalg.eigvals(among).real.min(initial=1.0) <= 0.0:
         return None

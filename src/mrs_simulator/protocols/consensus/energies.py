@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from mrs_simulator.core.spectra import unshared
+from mrs_simulator.protocols.consensus.equations import unshared_motion
 from mrs_simulator.protocols.curves import Energy
-from mrs_simulator.protocols.energies import error_energy, unshared
+from mrs_simulator.protocols.energies import error_energy
 
 
 def second_order_energy(topology, damping):
@@ -13,7 +15,12 @@ def second_order_energy(topology, damping):
     what robots do not share, ``x = (U^T p, U^T v)``; None where that grows.  Ren and Atkins, 2007.
     """
     if topology.directed:
-        return _of_what_is_not_shared(topology.laplacian(), damping)
+        basis = unshared(topology.n)
+
+        def state(hand, velocity, time):
+            return np.concatenate([basis.T @ hand, basis.T @ velocity])
+
+        return error_energy(unshared_motion(topology, damping), 1.0, state, moving=True)
     first, second, weights = topology.arcs
 
     def stretched(x):
@@ -27,14 +34,3 @@ def second_order_energy(topology, damping):
         return damping * stretched(velocity)
 
     return Energy("$V = p^T L p/2 + |v|^2/2$ [m$^2$/s$^2$]", value, dissipation, True)
-
-
-def _of_what_is_not_shared(laplacian, damping):
-    nothing, one = np.zeros_like(laplacian), np.eye(len(laplacian))
-    matrix = np.block([[nothing, -one], [laplacian, damping * laplacian]])
-
-    def state(hand, velocity, time):
-        return np.concatenate([hand, velocity])
-
-    basis = np.kron(np.eye(2), unshared(len(laplacian)))
-    return error_energy(matrix, 1.0, state, moving=True, basis=basis)

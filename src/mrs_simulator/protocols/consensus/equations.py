@@ -6,7 +6,13 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 import numpy as np
 
 from mrs_simulator.core.edge_terms import Flow, difference_sum, edge_sum, weighted
-from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, nonzero_eigenvalues, stable_step
+from mrs_simulator.core.spectra import (
+    ZERO,
+    laplacian_eigenvalues,
+    nonzero_eigenvalues,
+    stable_step,
+    unshared,
+)
 
 
 def consensus(points, topology):
@@ -83,20 +89,16 @@ def least_damping(topology):
     return float(np.max(np.sqrt(mu.imag**2 / (mu.real * np.abs(mu) ** 2)), initial=0.0))
 
 
-def second_order_rate(topology, g, period):
-    """Return the rate [1/s] of ``v+ = v + period a, p+ = p + period v+``; negative if it grows.
+def unshared_motion(topology, g, period=0.0):
+    """Return M, (2n-2, 2n-2), of ``x' = -M x``, x the positions and velocities that are not shared.
 
-    Each mode mu is ``z^2 - (2 - T (T + g) mu) z + 1 - T g mu = 0``, T = ``period``.
+    ``x = (U^T p, U^T v)``, U = :func:`unshared`.  With a ``period`` T [s] ``x+ = x - T M x`` are the steps
+    ``v+ = v + T a, p+ = p + T v+``.
     """
-    mu = moving_eigenvalues(topology).astype(complex)
-    half = 1.0 - 0.5 * period * (period + g) * mu
-    root = np.sqrt(half**2 - (1.0 - period * g * mu))
-    largest = np.max(np.maximum(np.abs(half + root), np.abs(half - root)), initial=0.0)
-    return _rate_of(float(largest), period)
-
-
-def _rate_of(modulus, period):
-    return float(-np.log(max(modulus, 1e-300)) / period)
+    basis = unshared(topology.n)
+    laplacian = basis.T @ topology.laplacian() @ basis
+    force = np.hstack([laplacian, g * laplacian])
+    return np.vstack([period * force - np.eye(*force.shape, k=len(force)), force])
 
 
 # Edges that come and go ------------------------------------------------------------------------

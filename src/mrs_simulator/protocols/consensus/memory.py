@@ -23,7 +23,7 @@ from mrs_simulator.protocols.consensus.equations import (
     delayed_consensus,
     least_damping,
     second_order_consensus,
-    second_order_rate,
+    unshared_motion,
 )
 from mrs_simulator.protocols.consensus.law import ACCURACY, GAIN, NAMES
 from mrs_simulator.protocols.consensus.published import Delayed, SecondOrder
@@ -216,13 +216,13 @@ class SecondOrderConsensus(Resumable):
         if not all_hold(conditions):
             return conditions
         name = "g > max sqrt(Im(mu)^2/(Re(mu)|mu|^2)) [s]"
-        decay = second_order_rate(self.topology, self.g, self.period)
+        held = linear_theorem(unshared_motion(self.topology, self.g, self.period))
         bound = least_damping(self.topology)
         conditions += [
             Condition(
                 name, self.g > bound, "{:.4g} against {:.4g}".format(self.g, bound), necessary=True
             ),
-            stable_if_held(decay),
+            stable_if_held(held.held_rate(self.period)),
         ]
         return conditions + [
             Claim(

@@ -235,6 +235,25 @@ def test_the_environment_asks_for_them(monkeypatch):
     edge_terms.compiled.cache_clear()
 
 
+def test_what_gives_the_same_bits_is_used_from_when_it_pays(monkeypatch):
+    monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
+    monkeypatch.setattr(compiling, "_asked", {})
+
+    def missing():
+        raise compiling.NotInstalled("numba is not installed")
+
+    def asked(compiled):
+        return [compiling.same_bits(compiled, 2) for _ in range(4)]
+
+    loop = "loop".upper
+    assert asked(loop) == [None, None, "LOOP", "LOOP"] and asked(missing) == [None] * 4
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "0")
+    assert asked(loop) == [None] * 4
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
+    with pytest.raises(compiling.NotInstalled):
+        asked(missing)
+
+
 def test_without_numba_they_are_refused(monkeypatch):
     monkeypatch.setitem(sys.modules, "numba", None)
     compiled_terms._kernel.cache_clear()

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from mrs_simulator.core import compiling
 from mrs_simulator.core import kinematics as kin
 from mrs_simulator.vehicles.kind import Body
 from mrs_simulator.world.contact.collisions import Footprints
@@ -173,6 +174,7 @@ def test_the_compiled_kernels_give_numpys_bits():
 
 def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
     monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
+    monkeypatch.setattr(compiling, "_asked", {})
     assert kinematic.approached_function() is kin.ramped
     assert kinematic.carried_function() is kin.moved_along_arcs_wrapped
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "yes")

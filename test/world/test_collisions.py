@@ -9,7 +9,7 @@ from mrs_simulator.core.neighbours import close_pairs, least_distance, least_dis
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.vehicles.kind import Body
 from mrs_simulator.world.clock import Clock
-from mrs_simulator.world.contact import bodies
+from mrs_simulator.world.contact import bodies, compiled_contacts
 from mrs_simulator.world.contact.bodies import Bodies
 from mrs_simulator.world.contact.collisions import (
     Footprints,
@@ -181,6 +181,38 @@ def test_bodies_that_cannot_have_met_need_no_look(limits, monkeypatch):
     np.testing.assert_array_equal(track, each_step[0])
     assert (collisions, closest) == each_step[1:] and len(collisions) > 5
     assert seldom < len(looks) - seldom == 400
+
+
+def piles(monkeypatch, push):
+    """Return contacts and poses of piles pushed apart by ``push``, None: by numpy, and how often."""
+    used, draw, found = [], np.random.default_rng(7), []
+
+    def noted(*given):
+        hits = push(*given)
+        used.append(hits != compiled_contacts.FAR)
+        return hits
+
+    monkeypatch.setattr(bodies, "same_bits", lambda _: push and noted)
+    for case in range(60):
+        team = ("pioneer3dx", "husky")[: 1 + case % 2] * 3
+        n, size = len(team), draw.uniform(0.3, 1.2)
+        pose = np.column_stack([draw.uniform(-size, size, (n, 2)), draw.uniform(-3, 3, n)])
+        pose[0, 0] = -0.0
+        pose[:, 2] *= case % 3 > 0  # side by side, two sides are as good
+        contacts = list(Bodies(team).separate(pose))
+        found.append((contacts, pose.tobytes()))
+    return found, sum(used)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_loop_pushes_robots_apart_to_numpys_bits(compiled, monkeypatch):
+    if compiled:
+        pytest.importorskip("numba")
+    push = compiled_contacts.compiled_push() if compiled else compiled_contacts.push_all
+    wanted, _ = piles(monkeypatch, None)
+    found, used = piles(monkeypatch, push)
+    assert found == wanted and 20 < used < len(found)
+    assert sum(len(contacts) for contacts, _ in found) > 100
 
 
 @pytest.mark.parametrize("kinds", [("pioneer3dx",), ("pioneer3dx", "turtlebot3_burger")])

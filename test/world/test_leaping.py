@@ -27,6 +27,7 @@ from mrs_simulator.scenario.team.mismatch import Mismatch
 from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
 from mrs_simulator.study.run.compile_ahead import compile_ahead
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
+from mrs_simulator.world.contact import bodies
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion import fused_stepping, kinematic, stretches
 from mrs_simulator.world.part import Part
@@ -115,8 +116,10 @@ def compiled(monkeypatch):
 
     def start():
         monkeypatch.setattr(compiling, "_chosen", lambda: "1")
-        for module in (kinematic, edge_terms):  # only the stretches are on trial
-            monkeypatch.setattr(module, "compiling", type("no", (), {"is_wanted": lambda: False}))
+        # Only the stretches are on trial.
+        monkeypatch.setattr(edge_terms, "compiling", type("no", (), {"is_wanted": lambda: False}))
+        for module in (kinematic, bodies):
+            monkeypatch.setattr(module, "same_bits", lambda *_: None)
 
     function = kernel_of(lambda kernel: kernel)
     monkeypatch.setattr(fused_stepping, "compiled_stretch", function)

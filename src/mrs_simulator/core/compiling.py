@@ -1,6 +1,7 @@
 """Compilation by numba, an optional package: of long runs, or as ``MRS_SIMULATOR_COMPILED`` says."""
 
 import contextlib
+import functools
 import os
 import re
 from importlib.util import find_spec
@@ -17,6 +18,7 @@ SAVED = (
     30e-6,
     20e-9,
 )  # [s] that a step takes less when it is compiled: of each step, of each of its robots
+WORTH = 5000  # [-] calls of 0.1 ms that take as long as loading
 HINT = "numba is not installed: this run takes some {:.0f} s longer, wanted `pip install numba`"
 
 # Files of what is kept under a name that ends with a digest: an index, and machine code by its count.
@@ -61,6 +63,29 @@ def pays(steps, robots):
     if find_spec("numba") is None:
         return False, HINT.format(saved)
     return True, ""
+
+
+_asked = {}  # by function: how often this process could have used what it returns
+
+
+def same_bits(compiled, worth=WORTH):
+    """Return ``compiled()``, whose results are numpy's to the bit, where it pays, else None.
+
+    As the environment says, else after ``worth`` calls in this process, in which numpy has taken about as
+    long as numba takes to load.
+    """
+    if is_chosen():
+        return compiled() if is_wanted() else None
+    asked = _asked[compiled] = _asked.get(compiled, 0) + 1
+    return _available(compiled) if asked > worth else None
+
+
+@functools.lru_cache(maxsize=None)
+def _available(compiled):
+    try:
+        return compiled()
+    except NotInstalled:
+        return None
 
 
 class NotInstalled(ValueError):

@@ -1,7 +1,5 @@
 """The state of a team: its columns, as arrays of one robot per row."""
 
-import copy
-
 import numpy as np
 
 from mrs_simulator.core.fields import unknown_name
@@ -55,8 +53,14 @@ class StateTable:
 
     def replace(self, **changes):
         """Return a state with other values of these attributes or columns; None takes a column away."""
-        result = copy.copy(self)
+        result = self._twin()
         result._put(changes)
+        return result
+
+    def _twin(self):
+        """Return a state with the same arrays; ``copy.copy`` takes five times as long."""
+        result = object.__new__(type(self))
+        result.__dict__.update(self.__dict__)
         return result
 
     def at(self, rows):
@@ -72,8 +76,10 @@ class StateTable:
 
     def copy(self):
         """Return a state with its own arrays."""
-        own = vars(self)
-        return self.replace(**{name: np.copy(own[name]) for name in COLUMNS.keys() & own.keys()})
+        result = self._twin()
+        own = result.__dict__
+        own.update([(name, np.array(value)) for name, value in own.items() if name in COLUMNS])
+        return result
 
     def first_infinite(self):
         """Return a column's name and the first row in which it is not finite; None without any."""

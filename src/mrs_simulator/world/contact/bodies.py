@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.neighbours import least_distance, squared, squared_apart
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
@@ -17,6 +18,7 @@ from mrs_simulator.world.contact.collisions import (
     outline_overlap,
     rectangle_overlap,
 )
+from mrs_simulator.world.contact.compiled_contacts import FAR, compiled_push
 from mrs_simulator.world.contact.contact_arrays import Contact, Touches, robot_name
 from mrs_simulator.world.contact.heights import Heights
 
@@ -46,6 +48,8 @@ class Bodies:
         self.resting = (
             None  # (n,) bool of those that a solver cannot move, since they stand; None: no robot
         )
+        self._is_plain = self.footprints.round is None and not (self._are_mirrored or obstacles)
+        self._outlines = self.footprints.of_all(team.n)
         self._list = VerletList(2.0 * self.footprints.farthest)
         self.moved_elsewhere()
         self.heights = Heights(team)
@@ -190,6 +194,10 @@ class Bodies:
         return float(room) - ROUNDING  # a number of Python's, which each step counts down
 
     def _pushed_apart(self, pose, z=None):
+        if self._is_plain and z is None and not self.solved.any():
+            contacts = self._pushed_by_loop(pose)
+            if contacts is not None:
+                return contacts
         contacts, pairs = Touches(), self._pairs_at(pose)
         for turn in range(PASSES):
             if turn and pairs.left(pose, 0.5 * LOOSE):
@@ -217,6 +225,25 @@ class Bodies:
             if not touched:
                 break
         return contacts
+
+    def _pushed_by_loop(self, pose):
+        """As ``_pushed_apart``, compiled, once that pays; None where it cannot be."""
+        push = same_bits(compiled_push)
+        if push is None:
+            return None
+        first, second = self.near_pairs(pose)
+        axis, (half, ahead) = self.footprints.at(pose).axis, self._outlines
+        x, y, found = pose[:, 0].copy(), pose[:, 1].copy(), np.empty((len(first), 5))
+        bounds = np.array([(self._list.reach + LOOSE) ** 2, (0.5 * LOOSE) ** 2])
+        hits = push(x, y, axis, ahead, half, first, second, bounds, PASSES, found)
+        if hits == FAR:
+            return None
+        if not hits:
+            return Touches()
+        pose[:, 0], pose[:, 1] = x, y
+        found = found[:hits]
+        rows = found[:, :2].astype(int)
+        return Touches(rows[:, 0], rows[:, 1], found[:, 2:4], found[:, 4], np.zeros(hits))
 
     def _shares(self, first, second):
         """Return which part of the depth the robots of each pair give way by, (m,) or one for all, each."""

@@ -33,6 +33,10 @@ class Footprints:
         self.round = np.array([body.round for body in bodies], dtype=bool)
         self.round = self.round if self.round.any() else None
 
+    def of_all(self, n):
+        """Return ``half`` (n, 2) and ``ahead`` (n,) of n robots, each with its own row."""
+        return np.broadcast_to(self.half, (n, 2)).copy(), np.broadcast_to(self.ahead, (n,)).copy()
+
     def at(self, pose, rows=EVERY):
         """Return the ``Rectangles`` of the robots in ``rows``, which are at ``pose`` (m, 3)."""
         axis = np.empty((len(pose), 2), order="F")

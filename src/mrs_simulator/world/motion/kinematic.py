@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core import compiling
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import (
     UNICYCLE_AXES,
     Reach,
@@ -21,30 +21,20 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.drives import differential, omnidirectional
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.contact.bodies import Bodies
+from mrs_simulator.world.motion.compiled import compiled_approached, compiled_carried
 
 
 def approached_function():
-    """Return ``core.kinematics.ramped``, or its compiled twin where that is wanted."""
-    if not compiling.is_wanted():
-        return ramped
-    from mrs_simulator.world.motion.compiled import (
-        compiled_approached,  # numba only where it is wanted
-    )
-
-    return compiled_approached()
+    """Return ``core.kinematics.ramped``, or its compiled twin where that pays."""
+    return same_bits(compiled_approached, MANY) or ramped
 
 
 def carried_function():
-    """Return ``core.kinematics.moved_along_arcs_wrapped``, or its compiled twin where that is wanted."""
-    if not compiling.is_wanted():
-        return moved_along_arcs_wrapped
-    from mrs_simulator.world.motion.compiled import (
-        compiled_carried,  # numba only where it is wanted
-    )
-
-    return compiled_carried()
+    """Return ``core.kinematics.moved_along_arcs_wrapped``, or its compiled twin where that pays."""
+    return same_bits(compiled_carried, MANY) or moved_along_arcs_wrapped
 
 
+MANY = 25  # [-] worlds of one process, such as a search makes, from which on loading numba pays
 CLIMB = "linear.z"
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
 DIAGONAL = math.sqrt(2.0)  # [-] of a velocity by its greatest component, at most

@@ -115,3 +115,10 @@ def test_what_is_asked_for_is_claimed_under_its_name():
         [0.3, 0.2, 0.1 * theorem.held_rate(0.1)]
     )
     assert theorem.consequences(START[:2], 0.1, accuracy, Names("", "", "")) == []
+
+
+def test_a_weak_edge_of_an_undirected_graph_joins_all_the_same():
+    first, weak = np.array([1.0, -1.0, 0.0]), np.array([0.0, 1.0, -1.0])
+    theorem = linear_theorem(np.outer(first, first) + 1e-9 * np.outer(weak, weak))
+    assert theorem.zeros == 1 and theorem.rate == pytest.approx(1.5e-9, rel=1e-3)
+    np.testing.assert_allclose(theorem.limit(START[:3]), [START[:3].mean(axis=0)] * 3, atol=1e-5)

@@ -15,6 +15,7 @@ from mrs_simulator.core.spectra import stable_step
 
 ZERO = 1e-7  # [-] of the largest eigenvalue, below which one that is computed counts as zero
 ROUNDING = 1e-13  # [-] of the largest entry, by which a symmetric M may be off
+SYMMETRIC_ZERO = 1e-11  # [-] the same where M is symmetric, whose eigenvalues have no more rounding
 DEFECTIVE = 1e6  # [-] condition of the eigenvectors from which on M has too few
 MOST_NOISY = 40  # coordinates for which the equation of variances is solved
 
@@ -125,8 +126,9 @@ class LinearTheorem(NamedTuple):
         return claims
 
     def _moving(self):
-        size = np.abs(self.eigenvalues).max(initial=0.0)
-        return self.eigenvalues[np.abs(self.eigenvalues) > ZERO * size]
+        """Return the eigenvalues that are not zero."""
+        order = np.argsort(np.abs(self.eigenvalues), kind="stable")
+        return self.eigenvalues[order[self.zeros :]]
 
     def _kept(self, points):
         """Return what ``points`` (..., n, d) leave in the limit, (..., n, d) [m]."""
@@ -141,10 +143,11 @@ class LinearTheorem(NamedTuple):
         return np.broadcast_to(values, shape).reshape(np.shape(points))
 
 
-def linear_theorem(matrix, constant=0.0):
+def linear_theorem(matrix, constant=0.0, exact=True):
     """Return the :class:`LinearTheorem` of M = ``matrix`` (m, m) and c = ``constant`` (m,).
 
     M is of all coordinates, robot by robot, or of n robots (n, n), all axes alike; c is then (n, d).
+    One that is not ``exact`` was measured: eigenvalues that are zero are so within ``ZERO`` alone.
 
     With ``P`` the projector on the null space of M along its range, the limit is ``P x(0) + D c``, D the
     group inverse of M, and moves at ``P c``.  The delay is the least of ``(pi/2 - |arg mu|)/|mu|`` over
@@ -156,17 +159,18 @@ def linear_theorem(matrix, constant=0.0):
         np.asarray(constant, dtype=float).T, np.shape(constant)[1:] + (len(matrix),)
     ).T
     uneven = np.abs(matrix - matrix.T).max(initial=0.0)
-    symmetric = uneven <= ROUNDING * np.abs(matrix).max(initial=0.0)
+    symmetric = exact and uneven <= ROUNDING * np.abs(matrix).max(initial=0.0)
     values, vectors = (np.linalg.eigh if symmetric else np.linalg.eig)(matrix)
     size = max(np.abs(values).max(initial=0.0), 1e-300)
-    moving = np.abs(values) > ZERO * size
-    mu, zeros = values[moving], int((~moving).sum())
-    projection = _projection(matrix, zeros, size)
-    stable = projection is not None and bool((mu.real > ZERO * size).all())
+    zero = size * (SYMMETRIC_ZERO if symmetric else ZERO)
+    moving = np.abs(values) > zero
+    mu, still = values[moving], vectors[:, ~moving]
+    zeros = still.shape[1]
+    projection = still @ still.T if symmetric else _projection(matrix, zeros, size)
+    stable = projection is not None and bool((mu.real > zero).all())
     found = {"offset": None, "drift": None, "noise": None}
     if projection is not None:
-        group_inverse = np.linalg.inv(matrix + size * projection) - projection / size
-        found["offset"], found["drift"] = group_inverse @ constant, projection @ constant
+        found["offset"], found["drift"] = _carried(matrix, projection, size, constant)
         found["noise"] = _variance(matrix, projection) if stable else None
     late = (0.5 * np.pi - np.abs(phase_of(mu))) / np.abs(mu)
     return LinearTheorem(
@@ -174,7 +178,7 @@ def linear_theorem(matrix, constant=0.0):
         zeros,
         float(mu.real.min()) if stable and len(mu) else None,
         projection,
-        is_defective=bool(len(matrix) and np.linalg.cond(vectors) > DEFECTIVE),
+        is_defective=bool(not symmetric and np.linalg.cond(vectors) > DEFECTIVE),
         is_stable=stable,
         longest_period=float(stable_step(mu)) if stable and len(mu) else np.inf,
         longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,
@@ -199,6 +203,14 @@ def _projection(matrix, zeros, size):
         return None
     kernel, cokernel = right[m - zeros :].T, left[:, m - zeros :]
     return kernel @ np.linalg.solve(cokernel.T @ kernel, cokernel.T)
+
+
+def _carried(matrix, projection, size, constant):
+    """Return ``(D c, P c)`` of c = ``constant``: where and how fast it moves the limit."""
+    if not constant.any():
+        return constant, constant
+    group_inverse = np.linalg.inv(matrix + size * projection) - projection / size
+    return group_inverse @ constant, projection @ constant
 
 
 def _variance(matrix, projection):

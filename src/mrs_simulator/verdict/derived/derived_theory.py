@@ -68,7 +68,7 @@ def derived_control(control, run):
         return None, NONE_DERIVED.format(RAISED.format(type(error).__name__))
     if fit is None:
         return None, NONE_DERIVED.format(why)
-    theorem = linear_theorem(fit.matrix, fit.constant)
+    theorem = linear_theorem(fit.matrix, fit.constant, exact=False)
     if not theorem.is_stable:
         return None, NONE_DERIVED.format(LASTING)
     return (None, "") if theorem.rate is None else (_stating(control, fit, theorem), "")

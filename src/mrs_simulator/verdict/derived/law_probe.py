@@ -114,7 +114,7 @@ def facts_of(probe):
         rotation=same(probe.at(states @ turn) @ turn.T),
         gradient=all(np.abs(j - j.T).max() <= SYMMETRIC * np.abs(j).max() for j in derivative),
         residual=fit.residual,
-        linear=linear_theorem(matrix, constant) if known else None,
+        linear=linear_theorem(matrix, constant, exact=False) if known else None,
         equilibrium=equilibrium,
         equilibria=others,
         matrix=matrix if known else None,
@@ -243,7 +243,7 @@ def _equilibria(probe, known):
     for state in rests:
         if state is None or np.abs(state - probe.centre).max() > FARTHEST * probe.extent:
             continue
-        theorem = linear_theorem(*_linearised(probe, state))
+        theorem = linear_theorem(*_linearised(probe, state), exact=False)
         size = max(np.abs(theorem.eigenvalues).max(), 1e-300)  # 0 where no robot is in range
         if not any(_alike(theorem, other, size) for _, other in found):
             found.append((state, theorem))

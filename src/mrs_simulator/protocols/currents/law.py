@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mrs_simulator.core.claims import Claim, Condition, distance_to, rate
+from mrs_simulator.core.claims import Claim, Condition, converges_to, rate
 from mrs_simulator.core.fields import Parameter
-from mrs_simulator.core.linear_theorem import linear_theorem
+from mrs_simulator.core.linear_theorem import Names, linear_theorem
 from mrs_simulator.core.spectra import left_null_vector
 from mrs_simulator.protocols.common import all_hold, below, spanning_tree
 from mrs_simulator.protocols.consensus.memory import Resumable
@@ -13,6 +13,8 @@ from mrs_simulator.protocols.currents import published
 from mrs_simulator.protocols.published.laws import weights_of
 from mrs_simulator.protocols.shapes.law import GAIN, SHAPE, SIZE, Shaped, without_rates
 
+OFFSET = "offset from the stations, the largest [m]"
+NAMES = Names("distance from where the current leaves them [m]", "", "decay rate [1/s]")
 LAST = 5  # [-] a fifth of the run, at its end, over which speeds are measured
 
 PLACE = [
@@ -98,7 +100,7 @@ class StationKeeping(Integrating):
         if self.anchor <= 0.0:
             return self._drifting()
         theorem = self._theorem()
-        largest = float(np.abs(1.0 - self.period * theorem.eigenvalues).max())
+        largest = float(np.exp(-self.period * theorem.held_rate(self.period)))
         name = "largest eigenvalue of the held loop < 1 [-]"
         conditions = [below(name, largest, 1.0, necessary=True)]
         if self.integral > 0.0:
@@ -106,39 +108,26 @@ class StationKeeping(Integrating):
             conditions.append(below("current < most [m/s]", fastest, self.most, necessary=True))
         if not all_hold(conditions):
             return conditions
-        return conditions + without_rates(self._stationary(theorem, largest), self.fidelity)
+        stations, left = self.stations(), theorem.offset[: len(start)]
+        away = converges_to(stations, self.tolerance.place, OFFSET)
+        away = away._replace(
+            predicted=float(np.linalg.norm(left - stations, axis=1).max()), place=left
+        )
+        if self.integral > 0.0:
+            claims = [converges_to(left, self.tolerance.place, NAMES.limit)]
+        else:
+            claims = theorem.consequences(start, self.period, self.accuracy, NAMES, free=False)
+        return conditions + without_rates([away, *claims], self.fidelity)
 
     def _theorem(self):
-        """Return the ``LinearTheorem`` of errors and, if any, integrals: ``z' = e``."""
-        eye, drift = np.eye(len(self.numbers)), self.carried
+        """Return the ``LinearTheorem`` of places and, if any, integrals of the errors."""
+        eye, stations = np.eye(len(self.numbers)), self.stations()
         pull = self.gain * self.topology.laplacian() + self.anchor * eye
+        push = pull @ stations + self.carried
         if self.integral == 0.0:
-            return linear_theorem(pull, drift)
+            return linear_theorem(pull, push)
         matrix = np.block([[pull, self.integral * eye], [-eye, 0.0 * eye]])
-        return linear_theorem(matrix, np.concatenate([drift, 0.0 * drift]))
-
-    def _stationary(self, theorem, largest):
-        offset = theorem.offset[: len(self.numbers)]
-        rest = self.stations() + offset
-        claims = [
-            Claim(
-                "offset from the stations, the largest [m]",
-                float(np.linalg.norm(offset, axis=1).max()),
-                self.tolerance.place,
-                lambda run: float(np.linalg.norm(run.hand[-1] - self.stations(), axis=1).max()),
-                place=rest,
-            ),
-            Claim(
-                "distance from where the current leaves them [m]",
-                0.0,
-                self.tolerance.place,
-                lambda run: float(np.linalg.norm(run.hand[-1] - rest, axis=1).max()),
-            ),
-        ]
-        if self.integral > 0.0:
-            return claims
-        slowest = -np.log(largest) / self.period
-        return claims + [rate(slowest, distance_to(rest), self.tolerance.rate)]
+        return linear_theorem(matrix, np.concatenate([push, -stations]))
 
     def _drifting(self):
         """Return what is said of a formation without an anchor: its shape is kept, and it drifts."""
@@ -241,7 +230,7 @@ class LineOfSight(Integrating):
                 lambda run: float(np.abs(self.across(run.hand[-1])).max()),
             ),
             Claim(
-                "distance from where the current leaves them [m]",
+                NAMES.limit,
                 0.0,
                 allowed.place,
                 lambda run: float(np.abs(self.across(run.hand[-1]) - rest).max()),

@@ -224,6 +224,17 @@ def test_dry_friction_gives_a_skid_steers_effective_track(name):
     assert 2.0 * (x * x + y * y) / y == pytest.approx(numbers.track, rel=1e-3)
 
 
+@pytest.mark.parametrize("name", ["pioneer3at", "husky"])
+def test_a_skid_steer_with_forces_turns_as_fast_as_its_firmware_lets_it(name):
+    top = kind(name).limits["firmware"][1].top
+    world = World((kind(name),), [[0.0, 0.0, 0.0]], fidelity="dynamic", engine="planar")
+    for _ in range(75):
+        world.set_commands([0], np.array([[0.0, top]]))
+        world.step()
+    assert world.twist[0, 2] == pytest.approx(top, rel=1e-3)
+    world.close()
+
+
 def numbers_in(text):
     return {float(found) for found in re.findall(r"\d+(?:\.\d+)?", text)}
 

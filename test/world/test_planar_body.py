@@ -114,6 +114,18 @@ def test_a_weak_motor_decides_before_the_ground_does():
     assert turning[0, 0] == pytest.approx(body.twist[0, 0], abs=0.01)
 
 
+@pytest.mark.parametrize("strength, rim", [(0.5, 1.0 / np.sqrt(3.0)), (0.9, 2.0)])
+def test_a_wheel_that_slides_sideways_still_pushes_with_all_its_motor_has(strength, rim):
+    # Dragged sideways at 1 m/s, held to turn at 2 m/s: the ground pushes against the sliding contact.
+    grip = MU * GRAVITY * 10.0
+    stand = footing([[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]], push=strength * grip)
+    gain = np.array([1e4])
+    wrench, turning = wheel_forces(row(0.0, 1.0, 0.0), row(2.0), stand, gain)
+    pull = min(strength, 2.0 / np.sqrt(5.0)) * grip
+    np.testing.assert_allclose(wrench, row(pull, -np.sqrt(grip**2 - pull**2), 0.0), atol=1e-9)
+    assert turning[0, 0] == pytest.approx(rim)  # a weak one slows until it needs no more
+
+
 def single_track(steering, mass=3.74, wheelbase=0.3302, ahead=0.17145, mu=1.0489):
     """Return the footing about the centre of mass of a car of two wheels, rear and front."""
     cos, sin = np.cos(steering), np.sin(steering)

@@ -69,13 +69,34 @@ def wheel_forces(twist, rims, footing, gain):
     """
     gain = np.reshape(gain, (-1, 1))
     ground = np.einsum("nwk,nk->nw", footing.along, twist)
-    forward = np.clip(gain * (rims - ground), -footing.push, footing.push)
+    wanted = gain * (rims - ground)
+    forward = np.clip(wanted, -footing.push, footing.push)
     turning = ground + forward / gain
     sideways = -gain * np.einsum("nwk,nk->nw", footing.across, twist)
     total = np.maximum(np.hypot(forward, sideways), TINY)
     share = footing.grip / np.maximum(total, footing.grip)
-    wrench = np.einsum("nwk,nw->nk", footing.along, share * forward)
-    return wrench + np.einsum("nwk,nw->nk", footing.across, share * sideways), turning
+    pulls, drags = share * forward, share * sideways
+    weak = (share < 1.0) & (forward != wanted) & (footing.push > 0.0)
+    if weak.any():
+        slid = sliding(wanted[weak], sideways[weak], footing.grip[weak], footing.push[weak])
+        pulls[weak], drags[weak], rim = slid
+        turning[weak] = ground[weak] + rim / np.broadcast_to(gain, weak.shape)[weak]
+    wrench = np.einsum("nwk,nw->nk", footing.along, pulls)
+    return wrench + np.einsum("nwk,nw->nk", footing.across, drags), turning
+
+
+def sliding(forward, sideways, grip, push):
+    """Return forces along and across m wheels that slide, and ``forward`` as their rims turn, (m,) [N].
+
+    ``forward`` and ``sideways`` [N]: ``gain`` times the speeds of sliding if the motors held the rims.  The
+    contact pushes against that with ``grip``; a motor that has only ``push`` lets its rim slow down until
+    the direction of sliding leaves it no more.
+    """
+    pull = np.sign(forward) * np.minimum(grip * np.abs(forward) / np.hypot(forward, sideways), push)
+    drag = np.sign(sideways) * np.sqrt(np.maximum(grip**2 - pull**2, 0.0))
+    held = (np.abs(pull) < push) | (drag == 0.0)
+    rim = np.where(held, forward, pull * np.abs(sideways) / np.where(held, 1.0, np.abs(drag)))
+    return pull, drag, rim
 
 
 class PlanarBodies:

@@ -13,6 +13,7 @@ from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.registry import DIRECTORY
+from mrs_simulator.world.world import World
 
 # A shipped model, of which the importer knows its URDF alone; its kind's file has the right numbers.
 DRIVES = {"f1tenth": "car", "robotino3": "omnidirectional", "youbot": "omnidirectional"}
@@ -102,6 +103,23 @@ def test_an_imported_robot_moves_with_forces_as_commanded(tmp_path, name):
     world.close()
     wanted = [0.4, 0.0, 0.4] if DRIVES[name] == "car" else command
     np.testing.assert_allclose(twist, wanted, atol=0.03)
+
+
+@pytest.mark.parametrize("given", [{}, {"torque": 6.0}])
+def test_motors_of_an_unknown_torque_let_heavy_wheels_slide_in_a_turn(tmp_path, given):
+    limits = {"firmware": {"linear.x": {"max": 1.0}, "angular.z": {"max": 2.0}}}
+    husky = brought(tmp_path, shipped("husky"), "differential", limits=limits, wheels=given)
+    told = [note for note in husky.notes if "no torque given" in note]
+    world = World((husky,), [[0.0, 0.0, 0.0]], fidelity="dynamic")
+    for _ in range(75):
+        world.set_commands([0], np.array([[0.0, 1.0]]))
+        world.step()
+    turn = world.twist[0, 2]
+    world.close()
+    if given:
+        assert turn < 0.5 and not told  # too weak for 44 kg, as the user wants it
+    else:
+        assert turn == pytest.approx(1.0, rel=0.1) and len(told) == 1
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,8 @@ WHEEL_SHARE = 0.02  # [-] of the robot's mass that a wheel without mass gets
 AXES = ("linear.x", "angular.z")
 UNITS = ("m/s", "rad/s")
 BODY = ("front", "rear", "width", "height")
+TORQUE, FRICTION = 6.0, 0.9  # [N m] at a wheel, [-]: of kinds that give none
+GRAVITY = 9.81  # [m/s^2]
 
 
 def assembled(description, facts, packages, given, where):
@@ -62,11 +64,14 @@ def assembled(description, facts, packages, given, where):
         "wheels": {"track": track, "radius": radius, "joints": list(JOINTS)},
         "limits": {"firmware": _limits(description, facts, wheels, radius, track, given, where)},
     }
-    optional = {
-        "torque": facts.torque,
-        "friction": friction_of(description, [names for side in sides for names in side.names]),
-    }
-    content["wheels"].update({key: value for key, value in optional.items() if value is not None})
+    friction = friction_of(description, [names for side in sides for names in side.names])
+    if friction is not None:
+        content["wheels"]["friction"] = friction
+    if facts.torque is not None:
+        content["wheels"]["torque"] = facts.torque
+    else:
+        count = len(wheels.lefts + wheels.rights)
+        add_torque(content, count, given, description.where, notes)
     if wheels.wheelbase:
         content["wheels"].update(spacing=spacing, wheelbase=wheels.wheelbase)
     for key, value in (("command_timeout", facts.timeout), ("odometry_rate", facts.rate)):
@@ -281,6 +286,25 @@ def friction_of(description, wheel_links):
                 value = element.findtext("mu1")
             found.append(number(value, where, low=0.0))
     return min(found) if found else None
+
+
+def add_torque(content, count, given, where, notes):
+    """Add the torque of ``count`` motors to a kind's ``content`` and to ``notes``, if 6 N m are too weak.
+
+    Motors are strong enough if their wheels can slip, ``T = mu m g r/count``: the wheels of a skid steer
+    slide as it turns.
+    """
+    wheels = content["wheels"]
+    if is_given(given, "wheels", "torque"):
+        return
+    grip = wheels.get("friction", FRICTION) * content["mass"] * GRAVITY / count
+    torque = grip * wheels["radius"]
+    if torque > TORQUE:
+        text = (
+            "{}: motors: no torque given; {:.3g} N m at each of {} wheels, by which they can slip"
+        )
+        notes.append(text.format(where, torque, count))
+        wheels["torque"] = torque
 
 
 def _limits(description, facts, wheels, radius, track, given, where):

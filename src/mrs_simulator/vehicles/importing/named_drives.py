@@ -16,6 +16,7 @@ from mrs_simulator.vehicles.drives.rotors import GRAVITY
 from mrs_simulator.vehicles.importing.assembling import (
     Side,
     above_ground,
+    add_torque,
     chosen_outline,
     friction_of,
     in_base,
@@ -217,7 +218,11 @@ def car(description, packages, given, where):
     limits = _limits(
         {"linear.x": _rim(description, rear, parts.radius)}, given, where, description.where
     )
-    return dict(parts.content, drive="car", wheels=numbers, limits=limits), notes
+    content = dict(parts.content, drive="car", wheels=numbers, limits=limits)
+    add_torque(
+        content, 2, given, description.where, notes
+    )  # of one motor, under half of the weight
+    return content, notes
 
 
 def _steering(description, front, given, where):
@@ -258,7 +263,9 @@ def omnidirectional(description, packages, given, where):
     if rim is not None:
         numbers["speed"] = rim / parts.radius
     limits = _limits(dict(zip(AXES, tops)), given, where, description.where)
-    return dict(parts.content, drive="omnidirectional", wheels=numbers, limits=limits), notes
+    content = dict(parts.content, drive="omnidirectional", wheels=numbers, limits=limits)
+    add_torque(content, len(wheels), given, description.where, notes)
+    return content, notes
 
 
 def _mecanum(description, places, notes):

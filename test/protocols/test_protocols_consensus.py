@@ -377,8 +377,6 @@ def test_event_thresholds_in_numbers():
     # sqrt(0.5 * a (1 - a d)/d) |z|, |z| = 5, 5, 0
     expected = [5.0 * np.sqrt(0.5 * 0.25 * 0.75), 5.0 * np.sqrt(0.5 * 0.25 * 0.5 / 2.0), 0.0]
     np.testing.assert_allclose(laws.event_thresholds(p, path, 0.5), expected, atol=1e-12)
-    # p^T L p is the sum over edges of squared distances.
-    np.testing.assert_allclose(laws.laplacian_potential(p[np.newaxis], path), [25.0])
 
 
 @pytest.mark.parametrize("sigma", [0.05, 0.5, 0.98])

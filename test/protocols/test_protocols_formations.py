@@ -10,6 +10,7 @@ from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.shapes import equations as laws
 from mrs_simulator.protocols.shapes import law as library
+from mrs_simulator.protocols.shapes.energies import length_energy
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.study.results.report import judged
 
@@ -60,7 +61,7 @@ def test_distance_formation():
     places = np.array([[0.0, 5.0], [0.0, 6.0]])
     u = laws.distance_formation(points, places, PAIR)  # |p_12|^2 - d_12^2 = 4 - 1
     np.testing.assert_allclose(u, [[6.0, 0.0], [-6.0, 0.0]])
-    np.testing.assert_allclose(laws.distance_potential(points[np.newaxis], places, PAIR), 9.0 / 4)
+    assert length_energy(PAIR, places, 1.0).value(points) == pytest.approx(9.0 / 4.0)
 
 
 def test_distance_formation_descends_its_potential():
@@ -72,7 +73,7 @@ def test_distance_formation_descends_its_potential():
         ahead, behind = points.copy(), points.copy()
         ahead[i, d] += 1e-6
         behind[i, d] -= 1e-6
-        high, low = laws.distance_potential(np.array([ahead, behind]), places, graph)
+        high, low = length_energy(graph, places, 1.0).values(np.array([ahead, behind]))
         slope[i, d] = (high - low) / 2e-6
     np.testing.assert_allclose(laws.distance_formation(points, places, graph), -slope, atol=1e-6)
 

@@ -7,6 +7,7 @@ from protocol_fixtures import check, failed, shipped, verdict_of
 from mrs_simulator.core.claims import Claim
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols.gathering import equations as laws
+from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
 from mrs_simulator.protocols.gathering.law import Containment, Coverage, CyclicPursuit, Rendezvous
 
 NAMES = ("containment", "rendezvous", "cyclic_pursuit", "cyclic_pursuit_inwards", "coverage")
@@ -116,7 +117,7 @@ def random_edges():
 def test_rendezvous_is_minus_the_gradient_of_the_tension():
     points, pairs = random_edges()
     step = 1e-6 * np.eye(12).reshape(12, 6, 2)
-    up, down = (laws.edge_tension(points + s * step, pairs, 3.5) for s in (1, -1))
+    up, down = (tension_energy(pairs, 3.5, 1.0).values(points + s * step) for s in (1, -1))
     gradient = ((up - down) / 2e-6).reshape(6, 2)
     np.testing.assert_allclose(laws.rendezvous(points, pairs, 3.5), -gradient, atol=1e-5)
 
@@ -251,7 +252,7 @@ def test_coverage_typed_out():
     velocity = laws.coverage(points, samples, density)
     np.testing.assert_allclose(velocity, [[0.0, -1.0], [0.5, 1.5], [0.0, 0.0]])
     cost = (2.0 + 2.0 + 1.0 + 3.0 * 5.0) / 6.0
-    assert laws.locational_cost(points, samples, density) == pytest.approx(cost)
+    assert coverage_energy(samples, density, 1.0).value(points) == pytest.approx(cost)
 
 
 def test_the_samples_fill_the_square():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.claims import Claim, Condition, decay_rate
+from mrs_simulator.core.claims import Claim, Condition, decay_rate, decreases
 from mrs_simulator.core.spectra import stable_step
 
 AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
@@ -49,6 +49,11 @@ def resting(control, robots):
     if any(group.drive.MEDIUM != "ground" for group in control.team.groups):
         return None
     return LEAST_DECAY * REST * np.sqrt(robots)
+
+
+def falls(energy, name, tolerance=1e-6, free=False):
+    """Return the claim that the ``energy`` of a gradient law never grows, in a list; [] without one."""
+    return [] if energy is None else [decreases(energy.values, name, tolerance, free)]
 
 
 def all_hold(conditions):

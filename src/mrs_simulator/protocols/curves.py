@@ -50,7 +50,7 @@ class Energy(NamedTuple):
         """Return the dissipation in that state."""
         return self.dissipation(hand, velocity, time) if self.moving else self.dissipation(hand)
 
-    def values(self, hand, velocity, time):
+    def values(self, hand, velocity=None, time=None):
         """Return the values (k,) in the states ``hand``, ``velocity`` (k, n, d) and ``time`` (k,)."""
         return self._over(self.value, hand, velocity, time)
 
@@ -61,8 +61,8 @@ class Energy(NamedTuple):
     def _over(self, function, *states):
         if self.stacks:
             return np.asarray(function(*states if self.moving else states[:1]), dtype=float)
-        of_one = self.of if function is self.value else self.spent
-        return np.array([of_one(*state) for state in zip(*states)], dtype=float)
+        each = zip(*states) if self.moving else zip(states[0])
+        return np.array([function(*state) for state in each], dtype=float)
 
 
 def integral(time, values):

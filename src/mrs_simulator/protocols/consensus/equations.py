@@ -131,8 +131,3 @@ def event_thresholds(points, topology, sigma):
     a = 0.5 / max(float(np.max(degree)), ZERO)
     share = sigma * a * (1.0 - a * degree) / np.maximum(degree, ZERO)
     return np.sqrt(share) * np.linalg.norm(consensus(points, topology), axis=1)
-
-
-def laplacian_potential(hand, topology):
-    """Return ``p^T L p``, (m,) [m^2], of samples ``hand`` (m, n, d) [m]."""
-    return np.einsum("mid,ij,mjd->m", hand, topology.laplacian(), hand)

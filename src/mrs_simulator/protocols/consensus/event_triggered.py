@@ -9,16 +9,14 @@ from mrs_simulator.core.claims import (
     Condition,
     centroid,
     converges_to,
-    decreases,
     invariant,
 )
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
-from mrs_simulator.protocols.common import AGREED, attracting, below, spanning_tree
+from mrs_simulator.protocols.common import AGREED, attracting, below, falls, spanning_tree
 from mrs_simulator.protocols.consensus.equations import (
     consensus,
     event_thresholds,
-    laplacian_potential,
 )
 from mrs_simulator.protocols.consensus.law import GAIN, NAMES
 from mrs_simulator.protocols.consensus.memory import Remembering
@@ -97,7 +95,7 @@ class EventTriggeredConsensus(Remembering):
         return conditions + [
             converges_to(start.mean(axis=0), AGREED, "distance from the mean [m]", free=True),
             invariant(centroid, 0.01, NAMES.kept),
-            decreases(self._potential, "growth of p^T L p [-]", 1e-6, free=True),
+            *falls(self.energy(start), "growth of p^T L p [-]", free=True),
             Claim("p^T L p over its bound [-]", 1.0, 1e-6, self._over, "at most", free=True),
             Claim(
                 "broadcasts a robot and command [-]", FEW, 0.0, self.share, "at most", question=LAW
@@ -119,14 +117,11 @@ class EventTriggeredConsensus(Remembering):
         name = "exact share of events [-]"
         return [Claim(name, 1.0, 0.02, over_exact, free=True, question=LAW)]
 
-    def _potential(self, hand):
-        return laplacian_potential(hand, self.topology)
-
     def _over(self, run):
         """Return the largest ratio of ``p^T L p`` to ``exp(-(1 - sigma) gain lambda_2 t)`` of its start."""
         slowest = (1.0 - self.sigma) * self.gain * algebraic_connectivity(self.topology)
         bound = np.exp(-slowest * (run.time - run.time[0]))
-        values = self._potential(run.hand)
+        values = laplacian_energy(self.topology, self.gain).values(run.hand)
         ratio = values / (max(values[0], 1e-200) * np.maximum(bound, RATE_FLOOR))
         return float(np.max(ratio[1:], initial=0.0))  # the first is 1 by construction
 

@@ -117,8 +117,8 @@ def rendezvous(points, pairs, radius):
     """Return ``u_i = sum_j w(d_ij) (p_j - p_i)``, (n, d) [1/m times m], from ``points`` p (n, d) [m].
 
     ``w(d) = (2D - d)/(D - d)^2`` [1/m] with ``D = radius`` [m], over the fixed ``pairs`` (m, 2): minus
-    the gradient of :func:`edge_tension`.  From a connected graph whose edges are shorter than D, no
-    edge ever reaches D and all meet in their mean.  Ji and Egerstedt, 2007.
+    the gradient of the tension ``sum d_ij^2/(D - d_ij)``.  From a connected graph whose edges are
+    shorter than D, no edge ever reaches D and all meet in their mean.  Ji and Egerstedt, 2007.
     """
     return rendezvous_flow(1.0, pairs, radius).velocity(points)
 
@@ -138,16 +138,8 @@ def tension_weights(distance, radius):
     return (2.0 * radius - distance) / (radius - distance) ** 2
 
 
-def edge_tension(points, pairs, radius):
-    """Return ``sum d_ij^2/(D - d_ij)`` [m] over ``pairs`` for ``points`` (..., n, d); inf from D on."""
-    distance = edge_lengths(points, pairs)
-    inside = distance < radius
-    share = distance**2 / np.where(inside, radius - distance, 1.0)
-    return np.where(inside, share, np.inf).sum(axis=-1)
-
-
 def tension_curvature(points, pairs, radius):
-    """Return the largest eigenvalue [1/m] of the second derivative of :func:`edge_tension` at ``points``.
+    """Return the largest eigenvalue [1/m] of the second derivative of the tension at ``points``.
 
     Along an edge it is ``2 D^2/(D - d)^3``, across it ``w(d)``.  Steps of gain Tc below 2 over this
     make the tension fall.
@@ -279,16 +271,10 @@ def cell_centroids(points, samples, density):
 def coverage(points, samples, density):
     """Return ``u_i = C_i - p_i``, (n, 2) [m], C_i the centroid of robot i's Voronoi cell.
 
-    Decreases :func:`locational_cost` under any gain k with held inputs as long as ``k Tc < 2``; in
+    Decreases the locational cost under any gain k with held inputs as long as ``k Tc < 2``; in
     the end each robot stands at its centroid.  Cortes, Martinez, Karatas and Bullo, 2004.
     """
     return cell_centroids(points, samples, density) - points
-
-
-def locational_cost(points, samples, density):
-    """Return the mean of ``min_i |q - p_i|^2`` over ``samples`` q weighted by ``density`` [m^2]."""
-    _, squared = _nearest(points, samples)
-    return float(density @ squared / density.sum())
 
 
 def _nearest(points, samples):

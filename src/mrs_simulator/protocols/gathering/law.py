@@ -10,7 +10,6 @@ from mrs_simulator.core.claims import (
     by_sample,
     centroid,
     converges_to,
-    decreases,
     disagreement,
     invariant,
     rate,
@@ -23,7 +22,7 @@ from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.linear_theorem import ACCURACY, Names
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
-from mrs_simulator.protocols.common import attracting, commands_by, resting
+from mrs_simulator.protocols.common import attracting, commands_by, falls, resting
 from mrs_simulator.protocols.energies import laplacian_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
 from mrs_simulator.protocols.gathering import published
@@ -230,12 +229,9 @@ class Rendezvous(PioneerControl):
         def longest_edge(hand):
             return gathering_equations.edge_lengths(hand, pairs).max(axis=1, initial=0.0)
 
-        def tension(hand):
-            return gathering_equations.edge_tension(hand, pairs, self.radius)
-
         claims = [
             stays_below(by_sample(longest_edge), self.radius, "longest edge of the start [m]"),
-            decreases(by_sample(tension), "growth of the edge tension [-]"),
+            *falls(self.energy(start), "growth of the edge tension [-]"),
             invariant(centroid, 1e-3, "drift of the mean [m]"),
             converges_to(start.mean(axis=0), 0.02, "distance from the mean [m]", free=True),
             rate(decay, disagreement, 0.02, "decay rate near agreement [1/s]"),
@@ -454,17 +450,13 @@ class Coverage(PioneerControl):
 
     def cost(self, hand):
         """Return the locational cost of each of ``hand`` (m, n, 2), (m,) [m^2]."""
-        return np.array(
-            [
-                gathering_equations.locational_cost(points, self._samples, self._density)
-                for points in hand
-            ]
-        )
+        return self._cost().values(hand)
 
     def energy(self, start):
         """Return the locational cost."""
-        if self.gain <= 0.0:
-            return None
+        return self._cost() if self.gain > 0.0 else None
+
+    def _cost(self):
         return coverage_energy(self._samples, self._density, self.gain)
 
     def claims(self, start):
@@ -486,7 +478,9 @@ class Coverage(PioneerControl):
             return np.abs(hand).max(axis=(1, 2)) - 0.5 * self.side
 
         claims = [
-            decreases(self.cost, "growth of the locational cost [-]", ROUNDING[self.fidelity]),
+            *falls(
+                self.energy(start), "growth of the locational cost [-]", ROUNDING[self.fidelity]
+            ),
             Claim("distance from the own centroid [m]", 0.0, 0.05, from_centroid),
         ]
         if out_of_square(start[np.newaxis]) <= 0.0:

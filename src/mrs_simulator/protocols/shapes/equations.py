@@ -68,7 +68,8 @@ def displacement_flow(gain, places, topology):
 def distance_formation(points, places, topology):
     """Return ``u_i = -sum_j a_ij (|p_ij|^2 - d_ij^2) p_ij``, (n, d) [m^3], ``d_ij = |d_i - d_j|``.
 
-    The gradient descent of :func:`distance_potential` on an undirected graph: the centroid stays.
+    The gradient descent of ``sum_edges a_ij (|p_ij|^2 - d_ij^2)^2/4`` on an undirected graph: the
+    centroid stays.
     Where the target is infinitesimally rigid (at least 2n - 3 edges, in space 3n - 6) its lengths are
     reached from nearby, exponentially.  Krick, Broucke, Francis, 2009.
     """
@@ -91,13 +92,6 @@ def length_excess(points, places, topology):
     receiver, sender, _ = topology.arcs
     wanted = np.sum((places[receiver] - places[sender]) ** 2, axis=-1)
     return np.sum((points[:, receiver] - points[:, sender]) ** 2, axis=-1) - wanted
-
-
-def distance_potential(points, places, topology):
-    """Return ``V = 1/4 sum_edges a_ij (|p_ij|^2 - d_ij^2)^2``, (m,) [m^4], of ``points`` (m, n, d)."""
-    weight = topology.arcs[2]
-    # Each undirected edge is there in both directions.
-    return 0.125 * length_excess(points, places, topology) ** 2 @ weight
 
 
 def distance_hessian(points, topology):

@@ -14,7 +14,6 @@ from mrs_simulator.core.claims import (
     centroid,
     converges_to,
     decay_rate,
-    decreases,
     ends_at,
     invariant,
     rate,
@@ -31,6 +30,7 @@ from mrs_simulator.core.spectra import (
 )
 from mrs_simulator.protocols.common import (
     all_hold,
+    falls,
     gain_conditions,
     resting,
     spanning_tree,
@@ -286,11 +286,8 @@ class DistanceFormation(Shaped):
             spread_as(places, start),
         ] + gain_conditions(self.gain, self.period, values)
 
-        def potential(hand):
-            return laws.distance_potential(hand, places, topology)
-
         claims = [
-            decreases(by_sample(potential), "growth of the potential [-]"),
+            *falls(self.energy(start), "growth of the potential [-]"),
             ends_at(self._worst_length, 0.0, allowed.rest, "worst length error at the end [m]"),
             invariant(centroid, allowed.drift, "drift of the centroid [m]"),
             Claim("decay rate over theory's [-]", 1.0, allowed.rate, self._rate, free=True),

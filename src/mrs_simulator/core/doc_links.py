@@ -9,7 +9,7 @@ import contextlib
 from mrs_simulator.core.manual import reference
 
 OF_FAILED = reference("docs/verdict.md")
-OF_SELF_CONSISTENT = reference("docs/verdict.md#a-law-that-states-nothing")
+OF_SELF_CONSISTENT = reference("docs/claims.md#a-law-that-states-nothing")
 OF_NOT_JUDGED = reference("docs/verdict.md#why-a-claim-is-not-judged")
 
 

@@ -102,6 +102,13 @@ def test_what_has_no_linear_theory_is_not_judged_and_says_why(law, why, tmp_path
     assert why or ";" not in verdict["reason"]
 
 
+@pytest.mark.parametrize("start", [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]])
+def test_a_law_of_one_velocity_everywhere_has_no_limit(start, tmp_path):
+    alone = {"poses": [start], "topology": {"edges": []}, "duration": 20.0}
+    verdict = study(tmp_path, "0.0 * hand + [0.3, 0.0]", **alone).verdict
+    assert verdict["outcome"] == "not_judged" and not verdict.get("derived"), verdict_text(verdict)
+
+
 def test_commands_that_are_held_too_long_fail(tmp_path):
     slow = {"rate": 1.0}  # Tc = 1 s, while the largest eigenvalue is 3 /s
     verdict = study(tmp_path, AGREE.replace("0.4", "1.0"), control=slow, step=1.0).verdict

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 DIGITS = 11  # of a matrix that is fitted
+ROUNDING = 1e-12  # [-] of the largest velocity, which a law of positions exceeds where these change
 
 
 def weights_of(projection, n):
@@ -41,6 +42,9 @@ def fitted(states, velocities, held_out):
     shifted = np.column_stack([states - centre, np.ones(len(states))])
     solution = np.linalg.lstsq(shifted[:-held_out], velocities[:-held_out], rcond=None)[0]
     missed = np.abs(shifted[-held_out:] @ solution - velocities[-held_out:]).max()
+    # Rounding alone, times the states, gives a matrix even where velocities do not depend on positions.
+    if np.abs(solution[:-1]).max() * np.abs(shifted).max() <= ROUNDING * np.abs(velocities).max():
+        solution[:-1] = 0.0
     # Without the last digits, by which the eigenvalues of a Jordan block would scatter.
     size = max(np.abs(solution[:-1]).max(), 1e-300)
     matrix = -size * (solution[:-1].T / size).round(DIGITS)

@@ -1,5 +1,6 @@
 """Sweeps: axes, one table, one figure, and an interrupted sweep that resumes."""
 
+import contextlib
 import csv
 import json
 import os
@@ -14,7 +15,7 @@ from ros_fixtures import wait_until
 
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.run import run_keys, sweep
+from mrs_simulator.study.run import run_keys, sweep, workers
 from mrs_simulator.study.run.command import main, sweep_main
 from mrs_simulator.study.run.run_keys import law_files
 from mrs_simulator.study.run.sweep import (
@@ -25,7 +26,7 @@ from mrs_simulator.study.run.sweep import (
     run_sweep,
     summary,
 )
-from mrs_simulator.study.run.workers import on_cores
+from mrs_simulator.study.run.workers import Cores, failed, on_cores
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")
@@ -406,6 +407,17 @@ def test_after_a_run_that_ends_its_process_those_not_begun_run_beside_each_other
     verdicts = dict(on_cores(run_of, tasks, 2))
     assert "died" in verdicts.pop(0)["ended"]
     assert verdicts == {1: "second", 2: "a", 3: "b"}
+
+
+def test_processes_stay_from_batch_to_batch_and_are_made_anew_at_times(monkeypatch):
+    cores = Cores(1)
+    with contextlib.closing(cores):
+        first, second = (dict(cores.run(run_of, [(os.getpid,)]))[0] for _ in range(2))
+        assert first == second != os.getpid()
+        assert failed("its process died") in dict(cores.run(run_of, [(os._exit, 1)])).values()
+        third = dict(cores.run(run_of, [(os.getpid,)]))[0]
+        monkeypatch.setattr(workers, "RENEWED", 1)
+        assert len({first, third, dict(cores.run(run_of, [(os.getpid,)]))[0]}) == 3
 
 
 def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):

@@ -9,6 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecu
 from mrs_simulator.core.writing import Limited
 
 CONNECT_LIMIT = 10.0  # [s] of wall time to reach a Dask scheduler
+RENEWED = 1000  # [-] tasks after which processes are made anew
 POLL = 5.0  # [s] of wall time between two looks at the cluster's workers
 WORKER_LIMIT = 60.0  # [s] of wall time for which a cluster may be without workers
 
@@ -25,36 +26,71 @@ def failed(reason):
 
 
 def on_cores(run, tasks, jobs, printed=None):
-    """``run(*task)`` for each of ``tasks``, in ``jobs`` processes of this machine (default: its cores).
+    """``run(*task)`` for each of ``tasks``, as ``Cores.run``, in processes that end with the last."""
+    cores = Cores(jobs, printed)
+    with contextlib.closing(cores):
+        yield from cores.run(run, tasks)
 
-    Yields ``(row, verdict)`` as they end.  ``printed``: a shared ``multiprocessing.Value``, how many
-    characters of what runs print are still shown; None for all.
+
+class Cores:
+    """Processes of this machine that run batches of tasks; new ones after ``RENEWED`` tasks.
+
+    So that what laws leave behind in them stays bounded.
     """
-    waiting, jobs = deque(range(len(tasks))), jobs or os.cpu_count()
-    while waiting:
-        # A process that dies takes the whole pool with it: who did it shows when each runs alone.
-        for row in (yield from _in_one_pool(run, tasks, waiting, jobs, printed)):
-            if (yield from _in_one_pool(run, tasks, deque([row]), 1, printed)):
-                yield row, failed("its process died")
 
+    def __init__(self, jobs, printed=None):
+        """``jobs``: processes (default: the machine's cores).
 
-def _in_one_pool(run, tasks, waiting, jobs, printed):
-    """Run the tasks in the rows ``waiting``, which are taken from it; yield ``(row, verdict)``.
+        ``printed``: a shared ``multiprocessing.Value``, how many characters of what runs print are still
+        shown; None for all.
+        """
+        self._jobs, self._printed = jobs or os.cpu_count(), printed
+        self._pool, self._done = None, 0
 
-    Returns the rows that ran when the pool broke, if it did.  No more are handed in than can run, so
-    that an interruption waits for no others.
-    """
-    running = {}
-    pool = ProcessPoolExecutor(jobs, initializer=_limit_printing, initargs=(printed,))
-    with contextlib.suppress(BrokenExecutor), pool:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                running[pool.submit(run, *tasks[waiting[0]])] = waiting[0]
-                waiting.popleft()
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                verdict = future.result()
-                yield running.pop(future), verdict
-    return sorted(running.values())
+    def run(self, run, tasks):
+        """``run(*task)`` for each of ``tasks``; yield ``(row, verdict)`` as they end."""
+        waiting = deque(range(len(tasks)))
+        while waiting:
+            # A process that dies takes the whole pool with it: who did it shows when each runs alone.
+            for row in (yield from self._run_many(run, tasks, waiting, self._jobs)):
+                alone = Cores(1, self._printed)
+                with contextlib.closing(alone):
+                    if (yield from alone._run_many(run, tasks, deque([row]), 1)):
+                        yield row, failed("its process died")
+
+    def _run_many(self, run, tasks, waiting, jobs):
+        """Run the tasks in the rows ``waiting``, which are taken from it; yield ``(row, verdict)``.
+
+        Returns the rows that ran when the pool broke, if it did.  No more are handed in than can run, so
+        that an interruption waits for no others.
+        """
+        running = {}
+        try:
+            while waiting or running:
+                while waiting and len(running) < jobs:
+                    running[self._processes().submit(run, *tasks[waiting[0]])] = waiting[0]
+                    waiting.popleft()
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    verdict = future.result()
+                    self._done += 1
+                    yield running.pop(future), verdict
+        except BrokenExecutor:
+            self.close()
+        return sorted(running.values())
+
+    def _processes(self):
+        if self._pool is not None and self._done >= RENEWED:
+            self.close()
+        if self._pool is None:
+            limits = dict(initializer=_limit_printing, initargs=(self._printed,))
+            self._pool, self._done = ProcessPoolExecutor(self._jobs, **limits), 0
+        return self._pool
+
+    def close(self):
+        """End the processes, after what they are at."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
 
 
 def _limit_printing(printed):

@@ -9,7 +9,7 @@ import numpy as np
 from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, ROBOTS
-from mrs_simulator.study.run.workers import on_cluster, on_cores
+from mrs_simulator.study.run.workers import Cores, on_cluster
 from mrs_simulator.study.search.trials import Trial, try_variation
 
 SPARE = 1e-3  # [-] by more than which a shrunk run has to break what the found one breaks
@@ -37,10 +37,11 @@ class Search:
     def __init__(self, content, path, space, jobs=None, scheduler="", report=None):
         """``report(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps."""
         self.content, self.path, self.space = content, path, space
-        self._jobs, self._scheduler = jobs, scheduler
+        self._scheduler = scheduler
         self._report = report or (lambda text: None)
         self.runs, self.errors = 0, {}
         self.printed = multiprocessing.Value("l", MOST_PRINTED)  # of the laws, left to be shown
+        self._cores = Cores(jobs, self.printed)
 
     def nominal(self):
         """Return the ``Trial`` of the scenario as it is; ``ScenarioError`` where that is none."""
@@ -55,7 +56,7 @@ class Search:
         if self._scheduler:
             done = on_cluster(try_variation, tasks, self._scheduler)
         else:
-            done = on_cores(try_variation, tasks, self._jobs, self.printed)
+            done = self._cores.run(try_variation, tasks)
         trials = [None] * len(tasks)
         for row, trial in done:
             dead = isinstance(trial, dict)  # as ``workers.failed`` says it

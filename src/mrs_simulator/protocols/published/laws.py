@@ -9,8 +9,6 @@ import itertools
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import cos_sin
-
 MOST_PAIRS = (
     2e8  # [-] pairs of robots over all commands of an exact solution: seconds of arithmetic
 )
@@ -256,41 +254,6 @@ def exact_motion(law, start, period, time, edges=None, drift=0.0):
     points, u = points[before], u[before]
     since = period * np.maximum(count - before, 0.0)
     return points + since[:, np.newaxis, np.newaxis] * (u + drift), u
-
-
-def exact_poses(law, pose, period, time, l):
-    """Return the poses (m, n, 3) and commands (m, n, 2) at ``time`` (m,) [s] of unicycles, or None.
-
-    Of a law that sees poses: its commands are held for ``period`` [s], and move robots on arcs.  None
-    beyond ``MOST_COMMANDS``.
-    """
-    count = np.asarray(time) / period
-    before = np.floor(count + 1e-6).astype(int)
-    if before.max() >= MOST_COMMANDS:
-        return None
-    poses, commands = [np.array(pose, dtype=float)], []
-    for step in range(int(before.max()) + 1):
-        now, command = poses[-1], np.zeros((len(pose), 2))
-        hand = now[:, :2] + l * np.column_stack(cos_sin(now[:, 2]))
-        for _ in range(law.depth):  # a leader's command comes before its followers'
-            command = law.commands(now, hand, command, step * period, l)
-        commands.append(command)
-        poses.append(on_arcs(now, command, period))
-    since = period * np.maximum(count - before, 0.0)
-    kept = [on_arcs(poses[k], commands[k], dt) for k, dt in zip(before, since)]
-    return np.array(kept), np.array(commands)[before]
-
-
-def on_arcs(pose, command, duration):
-    """Return the poses (n, 3) after ``duration`` [s] of ``command`` (n, 2): arcs of circles."""
-    v, omega = command.T
-    turn = omega * duration
-    small = np.abs(turn) < 1e-9
-    chord = np.where(
-        small, v * duration, v * (np.exp(1j * turn) - 1.0) / (1j * np.where(small, 1.0, omega))
-    )
-    z = pose[:, 0] + 1j * pose[:, 1] + chord * np.exp(1j * pose[:, 2])
-    return np.column_stack([z.real, z.imag, pose[:, 2] + turn])
 
 
 class FaultyEdges:

@@ -7,7 +7,6 @@ import weakref
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import OF_POINTS
-from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import (
     MOST_COMMANDS,
@@ -15,11 +14,12 @@ from mrs_simulator.protocols.published.laws import (
     FaultyEdges,
     Listeners,
     exact_motion,
-    exact_poses,
 )
-from mrs_simulator.protocols.published.robots import are_stated, posed_commands
+from mrs_simulator.protocols.published.robots import Robots, are_stated, posed_commands
 from mrs_simulator.record.recording import Run, part_of
+from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
+from mrs_simulator.vehicles.team import Team
 from mrs_simulator.verdict.theory.followed_samples import followed_samples
 from mrs_simulator.verdict.theory.motion import Advance, begin_moving, limit_to_grip
 
@@ -120,17 +120,14 @@ def current_of(control, run):
 
 
 def _exact_unicycles(control, law, run):
-    if control.fidelity == "point_mass":
+    commands = (run.time[-1] - run.time[0]) / control.period
+    if control.fidelity == "point_mass" or commands > MOST_COMMANDS:
         return None
-    with np.errstate(all="ignore"):
-        time = run.time - run.time[0]
-        motion = exact_poses(law, run.pose[0], control.period, time, control.l)
-    if motion is None or not np.isfinite(motion[0]).all():
-        return None
-    pose, command = motion
-    theta = pose[:, :, 2, np.newaxis]
-    hand = pose[:, :, :2] + control.l * np.concatenate(cos_sin(theta), axis=2)
-    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, axes=UNICYCLE_AXES)
+    team = Team([DEFAULT_KIND] * len(run.robots), None)
+    robots = Robots(team, control.l, control.period, "none")
+    robots.be(run.pose[0])
+    moved = functools.partial(_moved, control, law, robots, advance=Advance(NO_MISMATCH, team))
+    return _run_of(robots, run, moved)
 
 
 def robots_run(control, run, gripping=False):
@@ -180,19 +177,25 @@ def robots_run(control, run, gripping=False):
             return Run(run.time, run.robots, *columns, [], scenario, facts, control.team.axes)
 
     def moved(time):
-        return _moved(control, law, robots, time - time[0], Advance(mismatch, robots.team, step))
+        return _moved(control, law, robots, time, Advance(mismatch, robots.team, step))
 
     robots.be_as(run, 0)
-    with np.errstate(all="ignore"):
-        if robots.is_ramped and not frozen and run.time[0] > 0.0:
+    if robots.is_ramped and not frozen and run.time[0] > 0.0:
+        with np.errstate(all="ignore"):
             begin_moving(robots, run, moved)
+    return _run_of(robots, run, moved)
+
+
+def _run_of(robots, run, moved):
+    """Return the ``Run`` of ``robots``, ``moved`` from sample to sample; None where they diverge."""
+    with np.errstate(all="ignore"):
         rows = [(robots.pose, robots.points, *each) for each in moved(run.time)]
     *columns, memory = zip(*rows)
     pose, hand, command, limited, cut = map(np.array, columns)
     if not np.isfinite(pose).all():
         return None
     facts = {"limited": limited, "cut": cut, "memory": memory}
-    return Run(run.time, run.robots, pose, hand, command, [], scenario, facts, control.team.axes)
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts, robots.team.axes)
 
 
 def later(followed, rows):
@@ -233,7 +236,7 @@ def _moved(control, law, robots, time, advance):
 
     ``time`` (m,) [s] of the samples; ``advance``: the :class:`Advance` that moves them.
     """
-    wanted = _Wanted(control, law, robots)
+    wanted, time = _Wanted(control, law, robots), time - time[0]
     cut, row, now, count = np.zeros(robots.team.n), 0, 0.0, 0
     late, ramped = (
         np.zeros(robots.team.n, dtype=bool),

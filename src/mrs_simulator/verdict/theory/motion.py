@@ -24,7 +24,7 @@ class Advance:
     A robot follows ``factor`` (n, a) times the command in force ``late`` (n,) steps before.
     """
 
-    def __init__(self, mismatch, team, step):
+    def __init__(self, mismatch, team, step=math.inf):
         """``step`` [s] of ramps and delays, inf without any."""
         self.step, self.factor, self.late, self.given = step, None, None, []
         if mismatch == NO_MISMATCH:

@@ -5,6 +5,7 @@ import pytest
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import Claim
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.linear_theorem import Accuracy, Names, linear_theorem
 from mrs_simulator.study.run.simulating import simulate
 
@@ -80,6 +81,16 @@ def test_a_jordan_block_dense_or_not_claims_no_rate(basis):
     found = linear_theorem(basis @ JORDAN @ basis.T).claims(START[:2], 0.1)
     names = [claim.name for claim in found if isinstance(claim, Claim)]
     assert names == ["distance from the limit [m]"]
+
+
+def test_equal_eigenvalues_are_no_jordan_block():
+    """Of a star with two leaders: rounding makes eigenvectors of the same eigenvalue nearly parallel."""
+    matrix = 0.37 * Topology.preset("star", 20).laplacian()
+    matrix[18:] = 0.0
+    order = np.random.default_rng(20).permutation(20)
+    assert not linear_theorem(matrix[np.ix_(order, order)]).is_defective
+    chain = Topology.preset("chain", 20).laplacian()
+    assert linear_theorem(chain[np.ix_(order, order)]).is_defective
 
 
 def test_leaders_are_rows_of_zeros_and_their_hull_is_the_limit():

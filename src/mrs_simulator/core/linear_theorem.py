@@ -178,12 +178,23 @@ def linear_theorem(matrix, constant=0.0, exact=True):
         zeros,
         float(mu.real.min()) if stable and len(mu) else None,
         projection,
-        is_defective=bool(not symmetric and np.linalg.cond(vectors) > DEFECTIVE),
+        is_defective=not symmetric and _is_defective(matrix, vectors),
         is_stable=stable,
         longest_period=float(stable_step(mu)) if stable and len(mu) else np.inf,
         longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,
         **found,
     )
+
+
+def _is_defective(matrix, vectors):
+    """Return whether M has too few eigenvectors, of which ``vectors`` were computed.
+
+    Where eigenvalues are equal, rounding alone may make those nearly parallel, but not in another basis.
+    """
+    if np.linalg.cond(vectors) <= DEFECTIVE:
+        return False
+    basis = np.linalg.qr(np.random.default_rng(0).standard_normal(matrix.shape))[0]
+    return bool(np.linalg.cond(np.linalg.eig(basis @ matrix @ basis.T)[1]) > DEFECTIVE)
 
 
 def _largest_root(mu, steps):

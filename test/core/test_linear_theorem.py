@@ -6,7 +6,8 @@ import pytest
 from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import Claim
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.linear_theorem import Accuracy, Names, linear_theorem
+from mrs_simulator.core.linear_theorem import NAMES, Accuracy, Names, linear_theorem
+from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.study.run.simulating import simulate
 
 CYCLE = {"preset": "cycle"}
@@ -47,6 +48,29 @@ class Rotating(PioneerControl):
         return linear_theorem(self.matrix()).claims(start, self.period)
 
 
+class Stating(LinearErrors, PioneerControl):
+    FACTOR, FAR = 1.0, 0.0
+
+    def pointMassLaw(self, hand):
+        return -(np.kron(0.5 * self.topology.laplacian(), TURN) @ (hand - PLACES).ravel()).reshape(
+            hand.shape
+        )
+
+    def error_matrix(self):
+        return self.FACTOR * np.kron(0.5 * self.topology.laplacian(), TURN)
+
+    def reference(self, time):
+        return PLACES + self.FAR * np.eye(4, 2)
+
+
+class StatingFaster(Stating):
+    FACTOR = 1.03
+
+
+class StatingElsewhere(Stating):
+    FAR = 0.1
+
+
 def judged(protocol, **changes):
     scenario = {"poses": POSES, "topology": CYCLE, "duration": 40.0, "limits": "none"}
     return simulate(dict(scenario, fidelity="point_mass", **changes), protocol=protocol).verdict
@@ -63,6 +87,14 @@ def test_places_drifts_and_rotations_are_stated_in_one_line(protocol):
         "decay rate of the error [1/s]",
     ):
         assert name in names
+
+
+def test_a_law_that_states_matrix_and_reference_has_all_of_its_theory():
+    verdict = judged(Stating)
+    names = [check["name"] for check in verdict["checks"] if check["passed"]]
+    assert verdict["outcome"] == "passed", verdict["checks"]
+    assert {*NAMES, "Tc below its bound [s]", "energy off its predicted change [-]"} <= {*names}
+    assert judged(StatingFaster)["outcome"] == judged(StatingElsewhere)["outcome"] == "failed"
 
 
 def test_a_matrix_that_is_3_per_cent_off_fails():

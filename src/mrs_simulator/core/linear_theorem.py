@@ -76,6 +76,15 @@ class LinearTheorem(NamedTuple):
         as the constant says, and what stays of the start hold within ``place`` [m], the decay rate within
         ``share``; there is none of a defective M, or with a delay.  ``floor`` as in ``claims.rate``.
         """
+        conditions = self.conditions(period, delay)
+        if not all(condition.holds for condition in conditions):
+            return conditions
+        accuracy = Accuracy(place, place, share)
+        names = NAMES._replace(rate="") if delay else NAMES
+        return conditions + self.consequences(start, period, accuracy, names, floor)
+
+    def conditions(self, period, delay=0.0):
+        """Return under which conditions all that moves decays, a list of ``Condition``."""
         why = "{:.4g} against {:.4g}".format
         conditions = [
             Condition("all that moves decays", self.is_stable, "or turns for ever", necessary=True)
@@ -85,11 +94,7 @@ class LinearTheorem(NamedTuple):
             ("delay below its bound [s]", delay, self.longest_delay),
         ):
             conditions.append(Condition(name, bool(value < most), why(value, most), necessary=True))
-        if not all(condition.holds for condition in conditions):
-            return conditions
-        accuracy = Accuracy(place, place, share)
-        names = NAMES._replace(rate="") if delay else NAMES
-        return conditions + self.consequences(start, period, accuracy, names, floor)
+        return conditions
 
     def consequences(self, start, period, accuracy=ACCURACY, names=NAMES, floor=0.0, free=True):
         """Return the claims alone of a run from ``start`` (n, d): limit, what stays, and decay rate.

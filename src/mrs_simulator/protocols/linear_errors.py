@@ -4,13 +4,16 @@ import copy
 
 import numpy as np
 
-from mrs_simulator.core.linear_theorem import NAMES, linear_theorem
-from mrs_simulator.protocols.common import commands_by
+from mrs_simulator.core.linear_theorem import ACCURACY, NAMES, linear_theorem
+from mrs_simulator.protocols.common import all_hold, commands_by
 from mrs_simulator.protocols.energies import error_energy
 
 
 class LinearErrors:
-    """Mixin of laws under which the errors ``e = p - r(t)`` obey ``e' = -M e``."""
+    """Mixin of laws under which the errors ``e = p - r(t)`` obey ``e' = -M e``.
+
+    Claims, prediction and energy follow from ``error_matrix`` and ``reference``.
+    """
 
     NAMES = NAMES  # of what follows from M and r
 
@@ -27,22 +30,27 @@ class LinearErrors:
         matrix, rest = self.error_matrix(), self.reference(0.0)
         return linear_theorem(matrix, matrix @ rest.reshape(len(matrix), -1))
 
-    def consequences(self, start, accuracy, **options):
+    def claims(self, start):
+        """Return limit, what stays, and decay rate, if all that moves decays under held commands."""
+        conditions = self.theorem().conditions(self.period)
+        return conditions + (self.consequences(start) if all_hold(conditions) else [])
+
+    def consequences(self, start, accuracy=ACCURACY, **options):
         """Return the claims of the theorem, as ``LinearTheorem.consequences`` does."""
         options.setdefault("names", self.NAMES)
         return self.theorem().consequences(start, self.period, accuracy, **options)
 
     def energy(self, start):
         """Return ``e^T P e`` of what moves, ``M^T P + P M = gain I`` there; None where it grows."""
-        matrix = self.error_matrix()
-        if self.gain <= 0.0 or matrix is None or not matrix.any():
+        matrix, gain = self.error_matrix(), getattr(self, "gain", 1.0)
+        if gain <= 0.0 or matrix is None or not matrix.any():
             return None
         rest = self.reference(0.0)
 
         def error(hand):
             return (hand - rest).reshape(hand.shape[:-2] + (len(matrix), -1))
 
-        return error_energy(matrix / self.gain, self.gain, error)
+        return error_energy(matrix / gain, gain, error)
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
@@ -83,7 +91,7 @@ class Tracking(LinearErrors):
         """Return the ``LinearTheorem`` of the errors."""
         return linear_theorem(self.error_matrix())
 
-    def consequences(self, start, accuracy, **options):
+    def consequences(self, start, accuracy=ACCURACY, **options):
         """Return the claims of the theorem, of the errors."""
 
         def of_errors(measure):

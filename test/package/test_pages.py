@@ -73,7 +73,7 @@ ROBOTS = "poses: [[0, 0, 0], [3, 0, 0]]\nduration: 0.1\n"
         (ROBOTS + "map: missing.yaml", "scenarios.md#maps"),
         (ROBOTS + "environment: {tide: 1}", "scenarios.md#current-wind-and-waves"),
         (ROBOTS + "links: {loss: 2}", "scenarios.md#edges-with-faults"),
-        (ROBOTS + "events: [{at: x}]", "scenarios.md#faults-in-the-air"),
+        (ROBOTS + "events: [{at: x}]", "scenarios.md#faults-and-pushes"),
         (ROBOTS + "load: {mass: x}", "manipulators.md#carrying-together"),
         (ROBOTS + "estimates: {ekf: x}", "sensors.md#estimated-poses"),
         (ROBOTS + "sensors: {sonnar: {}}", "sensors.md"),

@@ -209,7 +209,29 @@ def test_edits_become_a_topology_and_a_mismatch():
     assert scenario_from_dict(changed).topology.n == 4 and content["topology"] == {"preset": "path"}
 
 
-@pytest.mark.parametrize("vary, found", [("edges={cut: 2, add: 1}", "edges"), ("dead=2", "dead")])
+def test_pushes_are_drawn_and_become_events():
+    search = search_from({"pushes": {"most": 2, "within": 0.5, "until": 4}}, "search")
+    assert search_from(search.to_plain(), "search") == search
+    space, random = Space(search, 3), np.random.default_rng(0)
+    drawn = [space.variation(space.draw(random)).get("pushes", []) for _ in range(200)]
+    assert {len(each) for each in drawn} == {0, 1, 2}
+    pushes = np.array(sum(drawn, []))
+    assert set(pushes[:, 1]) == {1, 2, 3} and (np.abs(pushes[:, 2:]) <= 0.5).all()
+    assert pushes[:, 0].min() >= 0.0 and 3.5 < pushes[:, 0].max() <= 4.0
+    content = {"robots": 2, "poses": {"layout": "circle", "radius": 3.0}}
+    changed = content_with(content, {"pushes": [[1.0, 2, 0.1, 0.2], [2.0, 3, 0.1, 0.2]]})
+    assert changed["events"] == [{"at": 1.0, "robot": 2, "event": "pushed", "by": [0.1, 0.2]}]
+    assert scenario_from_dict(changed).to_dict()["events"] == changed["events"]
+
+
+@pytest.mark.parametrize(
+    "vary, found",
+    [
+        ("edges={cut: 2, add: 1}", "edges"),
+        ("dead=2", "dead"),
+        ("pushes={most: 2, within: 3.6, until: 20}", "pushes"),
+    ],
+)
 def test_one_edit_that_breaks_is_found_and_shrunk_to(path, tmp_path, vary, found):
     text = SCENARIO[: SCENARIO.index("search:")].replace("[1, 2, 0]", "[9, 2, 0]")
     with open(path, "w") as file:
@@ -221,7 +243,9 @@ def test_one_edit_that_breaks_is_found_and_shrunk_to(path, tmp_path, vary, found
     assert run(break_, path, "--out", tmp_path / "out", *options) == 1
     report = json.loads((tmp_path / "out" / "search.json").read_text())
     edits = report["variation"][found]
-    assert len(edits) == 1 if found == "dead" else sum(map(len, edits.values())) == 1
+    assert sum(map(len, edits.values())) == 1 if found == "edges" else len(edits) == 1
+    if found == "pushes":  # rounded, but not out of what was asked for
+        assert max(map(abs, edits[0][2:])) <= 3.6
     assert load_scenario(str(tmp_path / "out" / "counterexample.yaml")).n == 3
 
 
@@ -231,6 +255,7 @@ def test_one_edit_that_breaks_is_found_and_shrunk_to(path, tmp_path, vary, found
         ({"edges": {"cut": 0}}, "wanted cut or add above 0"),
         ({"edges": {"cuts": 1}}, "did you mean 'cut'"),
         ({"dead": -1}, "search.dead: -1, wanted"),
+        ({"pushes": {"within": 0, "until": 1}}, "search.pushes.within: 0, wanted"),
         ({"poses": {"within": [1, 0, 0, 1]}}, "wanted x_min, y_min, x_max, y_max"),
         ({"control.rate": 3}, "wanted \\[from, to\\] or"),
         ({"control.rate": [3, 1]}, "wanted two numbers, the second the larger"),

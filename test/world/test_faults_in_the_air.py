@@ -53,7 +53,7 @@ def test_events_are_read_in_the_order_of_their_times_and_written_back():
     [
         ({"at": -1.0}, "events.0..at: -1.0"),
         ({"robot": 3}, "robot: 3, wanted a whole number from 1 to 2"),
-        ({"event": "explodes"}, "wanted one of rotor_lost, motors_off"),
+        ({"event": "explodes"}, "wanted one of rotor_lost, motors_off, pushed"),
         ({"rotor": 5}, "rotor: 5, wanted a whole number from 1 to 4"),
         ({"event": "motors_off"}, "rotor"),
     ],

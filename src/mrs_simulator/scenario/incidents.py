@@ -1,23 +1,25 @@
 """Faults and incidents: scheduled by the scenario, injected by a service, or detected in the simulation.
 
-A scenario's ``events`` schedule faults.  ``Incident``s are what the world reports: faults that were
+A scenario's ``events`` schedule faults and pushes.  ``Incident``s are what the world reports: what was
 injected, and what it detects; neither ends a run.
 """
 
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 
 ROTORS = 4
-LOST, OFF = "rotor_lost", "motors_off"
+LOST, OFF, PUSHED = "rotor_lost", "motors_off", "pushed"
 UPSIDE_DOWN, SATURATED, NOT_FINITE = "upside_down", "saturated", "not_finite"
 ARM_END, LET_GO, FELL = "arm_at_end", "let_go", "load_fell"
 IN_WATER = "in_water"
-FAULTS = (LOST, OFF)  # that a scenario may schedule
+EVENTS = (LOST, OFF, PUSHED)  # that a scenario may schedule
+FARTHEST_PUSH = 100.0  # [m] along each axis
 DESCRIPTIONS = {
     LOST: "lost rotor {}",
     OFF: "has its motors off",
+    PUSHED: "was pushed",
     UPSIDE_DOWN: "is upside down, its motors are cut",
     SATURATED: "has rotors at their limit",
     ARM_END: "has joint {} of its arm at its end",
@@ -29,16 +31,18 @@ DESCRIPTIONS = {
 
 
 class Event(NamedTuple):
-    """A scheduled fault of a robot."""
+    """A scheduled fault, or push, of a robot."""
 
     at: float  # [s] of simulated time since the start or the last reset
     robot: int  # number
-    event: str  # one of ``FAULTS``
+    event: str  # one of ``EVENTS``
     rotor: Optional[int] = None  # number of the one that is lost, 1: front right, then clockwise
+    by: Optional[Tuple[float, float]] = None  # [m] in the common frame, of a push
 
     def to_plain(self):
         """Return the mapping that a scenario holds."""
-        return {key: value for key, value in self._asdict().items() if value is not None}
+        known = {key: value for key, value in self._asdict().items() if value is not None}
+        return known if self.by is None else dict(known, by=list(self.by))
 
 
 class Incident(NamedTuple):
@@ -56,7 +60,7 @@ class Incident(NamedTuple):
         return "{} {}".format(self.robot, DESCRIPTIONS[self.what].format(self.rotor))
 
 
-@explained_by("docs/scenarios.md#faults-in-the-air")
+@explained_by("docs/scenarios.md#faults-and-pushes")
 def read_events(top, n):
     """Return the ``events`` of a scenario with n robots, a tuple in the order of their times."""
     given = top.take("events", [])
@@ -72,13 +76,22 @@ def read_events(top, n):
 
 
 def _read_event(section, n):
-    event = section.text("event", choices=FAULTS)
+    event = section.text("event", choices=EVENTS)
     rotor = section.whole("rotor", low=1, high=ROTORS) if event == LOST else None
+    by = _read_push(section) if event == PUSHED else None
     result = Event(
-        section.number("at", low=0.0), section.whole("robot", low=1, high=n), event, rotor
+        section.number("at", low=0.0), section.whole("robot", low=1, high=n), event, rotor, by
     )
     section.done()
     return result
+
+
+def _read_push(section):
+    by = tuple(section.numbers("by", 2))
+    if max(map(abs, by)) > FARTHEST_PUSH:
+        text = "{}: {}, wanted [x, y] of at most {:g} m"
+        raise ScenarioError(text.format(section.at("by"), shown(list(by)), FARTHEST_PUSH))
+    return by
 
 
 def events_of_first(events, n):

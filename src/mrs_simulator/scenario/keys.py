@@ -233,7 +233,7 @@ KEYS = (
         (),
         rule="none",
         read=lambda top, others: read_events(top, top.n),
-        meaning="[faults](#faults-in-the-air), each at its time",
+        meaning="[faults and pushes](#faults-and-pushes), each at its time",
     ),
     Field(
         "odometry_rate",

@@ -9,16 +9,18 @@
       robots: [2, 7]                                    # whole numbers, as of seed
       edges: {cut: 2, add: 1}                           # of the topology, at most so many
       dead: 1                                           # robots that never move, at most so many
+      pushes: {most: 1, within: 0.5, until: 10}         # by up to 0.5 m along x and y, in the first 10 s
 """
 
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.scenario.incidents import FARTHEST_PUSH
 from mrs_simulator.scenario.reading import ScenarioError, Section, number, number_list, shown
 
 POSES, ROBOTS, SEED = "poses", "robots", "seed"
-EDGES, DEAD = "edges", "dead"
+EDGES, DEAD, PUSHES = "edges", "dead", "pushes"
 MOST_EDITS = 20
 MOST_RANGES = 100
 
@@ -38,6 +40,14 @@ class EdgeRange(NamedTuple):
     add: int = 0
 
 
+class PushRange(NamedTuple):
+    """At most so many pushes, each by up to ``within`` [m] along x and y, ``until`` [s] at the latest."""
+
+    most: int = 1
+    within: float = 0.5
+    until: float = 10.0
+
+
 class Range(NamedTuple):
     """Numbers from ``low`` to ``high`` of the ``key``, or its ``choices``; ``whole``: whole numbers."""
 
@@ -55,6 +65,7 @@ class Search(NamedTuple):
     poses: Optional[PoseRange] = None
     edges: Optional[EdgeRange] = None
     dead: int = 0  # robots that never move, at most
+    pushes: Optional[PushRange] = None
 
     @property
     def robots(self):
@@ -71,6 +82,8 @@ class Search(NamedTuple):
             result[EDGES] = dict(self.edges._asdict())
         if self.dead:
             result[DEAD] = self.dead
+        if self.pushes is not None:
+            result[PUSHES] = dict(self.pushes._asdict())
         for each in self.ranges:
             span = [int(each.low), int(each.high)] if each.whole else [each.low, each.high]
             result[each.key] = {"choices": list(each.choices)} if each.choices else span
@@ -94,11 +107,12 @@ def search_from(given, where):
     ranges = [
         _range(key, value, "{}.{}".format(where, key))
         for key, value in given.items()
-        if key not in (POSES, EDGES, DEAD)
+        if key not in (POSES, EDGES, DEAD, PUSHES)
     ]
     edges = _edges(given[EDGES], "{}.{}".format(where, EDGES)) if EDGES in given else None
     dead = Section(given, where).whole(DEAD, 0, low=0, high=MOST_EDITS) if DEAD in given else 0
-    found = Search(tuple(ranges), poses, edges, dead)
+    pushes = _pushes(given[PUSHES], "{}.{}".format(where, PUSHES)) if PUSHES in given else None
+    found = Search(tuple(ranges), poses, edges, dead, pushes)
     if found.robots is not None and found.robots.choices:
         raise ScenarioError("{}.robots: {}, wanted [from, to]".format(where, shown(given[ROBOTS])))
     if found.robots is not None and poses is None:
@@ -126,6 +140,17 @@ def _edges(given, where):
     section.done()
     if not any(found):
         raise ScenarioError("{}: {}, wanted cut or add above 0".format(where, shown(given)))
+    return found
+
+
+def _pushes(given, where):
+    section = Section(given, where)
+    found = PushRange(
+        section.whole("most", 1, low=1, high=MOST_EDITS),
+        section.number("within", above=0.0, high=FARTHEST_PUSH),
+        section.number("until", above=0.0),
+    )
+    section.done()
     return found
 
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.uneven_wheels import UnevenWheels
+from mrs_simulator.scenario.incidents import PUSHED
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
@@ -135,11 +137,26 @@ def refuse_uneven_wheels(team, errors):
             )
 
 
+def _refuse_push(team, event, fidelity):
+    why = ""
+    if fidelity == "dynamic":
+        why = "fidelity dynamic; wanted kinematic or point_mass"
+    elif team.has_arms:
+        why = "a team with arms; wanted robots without"
+    elif fidelity != "point_mass" and event.robot <= team.n and team.airborne[event.robot - 1]:
+        why = "which flies; wanted one on the ground or in the water, or fidelity point_mass"
+    if why:
+        raise WorldError("events: {} of robot{}, {}".format(event.event, event.robot, why))
+
+
+@explained_by("docs/scenarios.md#faults-and-pushes")
 def refuse_events(team, events, fidelity):
     """Raise ``WorldError`` that names the first of ``events`` that cannot happen to the ``team``."""
     for event in events:
         kind = team.kinds[event.robot - 1] if event.robot <= team.n else None
-        if kind is not None and (not hasattr(kind.module, "lost") or fidelity == "point_mass"):
+        if event.event == PUSHED:
+            _refuse_push(team, event, fidelity)
+        elif kind is not None and (not hasattr(kind.module, "lost") or fidelity == "point_mass"):
             why = "a {} without rotors".format(kind.title)
             if fidelity == "point_mass":
                 why = "in fidelity point_mass, which has none"

@@ -8,7 +8,7 @@ import numpy as np
 
 from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.scenario.search import DEAD, EDGES, POSES, ROBOTS
+from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS
 from mrs_simulator.study.run.workers import Cores, on_cluster
 from mrs_simulator.study.search.trials import Trial, try_variation
 
@@ -198,9 +198,16 @@ class Search:
         return variation
 
     def _is_within(self, variation, key):
-        """Return whether the rounded number under ``key`` still lies within its range."""
-        spans = {each.key: each for each in self.space.search.ranges if not each.choices}
-        return key not in spans or spans[key].low <= variation[key] <= spans[key].high
+        """Return whether what is rounded under ``key`` still lies within its range."""
+        search, value = self.space.search, variation[key]
+        if key == POSES:
+            box, places = search.poses.within, np.array(value)[:, :2]
+            return bool((places >= box[:2]).all() and (places <= box[2:]).all())
+        if key == PUSHES:
+            _, within, until = search.pushes
+            return all(t <= until and max(abs(x), abs(y)) <= within for t, _, x, y in value)
+        spans = {each.key: each for each in search.ranges if not each.choices}
+        return key not in spans or spans[key].low <= value <= spans[key].high
 
     def _shorter(self, variation, name):
         """Return the shortest duration [s] of a second's digits with which it still breaks, or None."""
@@ -249,16 +256,17 @@ class Search:
 
 
 def _with_one_edit_less(variation):
-    """Yield ``variation`` without one of its edited edges or dead robots; of each key one is left."""
-    edges, dead = variation.get(EDGES, {}), variation.get(DEAD, [])
+    """Yield ``variation`` without one of its edited edges, dead robots or pushes; one of a key is left."""
+    edges = variation.get(EDGES, {})
     if sum(map(len, edges.values())) > 1:
         for key, pairs in edges.items():
             for pair in pairs:
                 rest = [each for each in pairs if each != pair]
                 yield {**variation, EDGES: {**edges, key: rest}}
-    if len(dead) > 1:
-        for robot in dead:
-            yield {**variation, DEAD: [each for each in dead if each != robot]}
+    for key in (DEAD, PUSHES):
+        own = variation.get(key, [])
+        for row in range(len(own) if len(own) > 1 else 0):
+            yield {**variation, key: own[:row] + own[row + 1 :]}
 
 
 def _rounded(value, digits):

@@ -1,15 +1,18 @@
 """Runs as points of a unit cube: what a scenario's ``search`` lets vary."""
 
 import copy
+import math
 
 import numpy as np
 
 from mrs_simulator.protocols.loading import from_anywhere
+from mrs_simulator.scenario.incidents import PUSHED
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_of_file
-from mrs_simulator.scenario.search import DEAD, EDGES, POSES, ROBOTS, EdgeRange
+from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS, EdgeRange
 from mrs_simulator.study.run.sweep import put_key
 
+PUSH = ("time", "robot", "x", "y")  # the coordinates of one
 DIGITS = 6  # of poses and numbers that are drawn
 MOST_TRIES = 1000  # [-] places for one robot, before the box counts as full
 
@@ -18,7 +21,8 @@ class Space:
     """The unit cube whose points are the variations of a scenario.
 
     A *variation* is a mapping: numbers by the paths of keys; ``poses``, a list of [x, y, theta];
-    ``edges``, a mapping of lists of pairs [i, j] by ``cut`` and ``add``; ``dead``, a list of robots.
+    ``edges``, a mapping of lists of pairs [i, j] by ``cut`` and ``add``; ``dead``, a list of robots;
+    ``pushes``, a list of [time, robot, x, y].
     """
 
     def __init__(self, search, robots, topology=None):
@@ -28,7 +32,8 @@ class Space:
         self._pairs = _pairs(search.edges, topology)
         most = int(search.robots.high) if search.robots else robots
         self._edits = len(search.ranges)  # the first coordinate of what follows the ranges
-        self._poses = self._edits + sum(search.edges or ()) + search.dead
+        self._pushes = self._edits + sum(search.edges or ()) + search.dead
+        self._poses = self._pushes + (len(PUSH) * search.pushes.most if search.pushes else 0)
         self.size = self._poses + (3 * most if search.poses else 0)
         if not self.size:
             raise ScenarioError("search: nothing varies; wanted poses or ranges of keys")
@@ -36,7 +41,9 @@ class Space:
     def variation(self, point):
         """Return the variation at ``point`` (size,), each coordinate within [0, 1]."""
         values = {each.key: _value(each, at) for each, at in zip(self.search.ranges, point)}
-        values.update(self._edited(list(point[self._edits : self._poses])))
+        values.update(self._edited(list(point[self._edits : self._pushes])))
+        pushes = self._pushed(point[self._pushes : self._poses])
+        values.update({PUSHES: pushes} if pushes else {})
         if self.search.poses:
             at = np.reshape(point[self._poses :], (-1, 3))
             at = at[: values.get(ROBOTS, self._robots)]
@@ -54,6 +61,18 @@ class Space:
         values.update({EDGES: edges} if any(edges.values()) else {})
         values.update({DEAD: dead} if dead else {})
         return values
+
+    def _pushed(self, coordinates):
+        """Return the pushes that ``coordinates`` in [0, 1] mean, by robot; the least robot means none."""
+        if not self.search.pushes:
+            return []
+        _, within, until = self.search.pushes
+        found = []
+        for time, robot, x, y in np.reshape(coordinates, (-1, len(PUSH))).tolist():
+            number = min(int(robot * (self._robots + 1)), self._robots)
+            by = [round(within * (2.0 * each - 1.0), DIGITS) for each in (x, y)]
+            found += [[round(until * time, DIGITS), number, *by]] if number else []
+        return found
 
     def _corners(self):
         box, headings = self.search.poses.within, self.search.poses.headings
@@ -128,7 +147,7 @@ def content_with(content, variation, path=""):
     changed = copy.deepcopy(content)
     changed.pop("search", None)
     for key, value in variation.items():
-        if key not in (EDGES, DEAD):
+        if key not in (EDGES, DEAD, PUSHES):
             put_key(changed, key, copy.deepcopy(value))
     if POSES in variation:
         robots = changed["robots"] = len(variation[POSES])
@@ -141,6 +160,8 @@ def content_with(content, variation, path=""):
         _edit_edges(changed, path, **variation[EDGES])
     if DEAD in variation:
         _stop(changed, path, variation[DEAD])
+    if PUSHES in variation:
+        _push(changed, variation[PUSHES])
     return changed
 
 
@@ -162,6 +183,17 @@ def _stop(content, path, dead):
     speed = mismatch.get("speed", 1.0)
     speeds = list(speed) if isinstance(speed, list) else [speed] * n
     mismatch["speed"] = [0.0 if row + 1 in dead else own for row, own in enumerate(speeds)]
+
+
+def _push(content, pushes):
+    """Add ``pushes``, [time, robot, x, y] each, to the events of a scenario's ``content``.
+
+    Those of robots that a variation has left out are left out.
+    """
+    most = content["robots"] if isinstance(content.get("robots"), int) else math.inf
+    known = [each for each in pushes if each[1] <= most]
+    events = [{"at": t, "robot": k, "event": PUSHED, "by": [x, y]} for t, k, x, y in known]
+    content["events"] = [*content.get("events", []), *events]
 
 
 def varied_scenario(content, path, variation, title="", duration=None):

@@ -1,6 +1,6 @@
 """Faults: scheduled by the scenario, injected by a service, or detected in the simulation."""
 
-from mrs_simulator.scenario.incidents import LOST, Incident
+from mrs_simulator.scenario.incidents import LOST, PUSHED, Incident
 from mrs_simulator.world.part import Part
 
 
@@ -31,7 +31,10 @@ class Faults(Part):
         now = self._clock.since(self._clock.begun)
         while self._due and self._due[0].at <= now + 1e-9 and not self._clock.waits:
             event = self._due.pop(0)
-            self.inject(event.robot - 1, event.event, event.rotor or 0)
+            if event.by is None:
+                self.inject(event.robot - 1, event.event, event.rotor or 0)
+            else:
+                self.push(event.robot - 1, event.by)
         return command
 
     def inject(self, row, fault, rotor=0):
@@ -39,6 +42,13 @@ class Faults(Part):
         self._motion.inject(row, fault, rotor - 1)
         self._injected[row] = LOST if self.lost_rotor(row) else fault
         self.report(row, fault, rotor)
+
+    def push(self, row, by):
+        """Put robot ``row`` elsewhere, ``by`` (2,) [m] in the common frame; its wheels do not turn."""
+        self._motion.displace(row, by)
+        self._new.append(
+            Incident(self._clock.time, "robot{}".format(row + 1), PUSHED, ordered=True)
+        )
 
     def lost_rotor(self, row):
         """Return whether robot ``row`` has lost a rotor."""

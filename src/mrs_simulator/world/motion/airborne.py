@@ -44,8 +44,10 @@ class AirborneMotion(KinematicMotion):
     # Motors --------------------------------------------------------------------------------------
 
     def inject(self, row, fault, rotor=0):
-        """Inject the ``fault``, of ``scenario.incidents.FAULTS``, into robot ``row``: into a ``rotor``, its
-        index, or its motors.  ``ValueError`` for one that has none."""
+        """Inject the ``fault``, ``LOST`` or ``OFF`` of ``scenario.incidents``, into robot ``row``.
+
+        Into a ``rotor``, its index, or its motors.  ``ValueError`` for one that has none.
+        """
         for group, flight in self._flying():
             member = np.flatnonzero(np.arange(self.team.n)[group.rows] == row)
             if len(member) and hasattr(group.drive, "lost"):

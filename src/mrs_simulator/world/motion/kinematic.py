@@ -151,6 +151,12 @@ class KinematicMotion:
         self.pose[rows] = poses
         self._mirrored_twist[np.searchsorted(self._mirrored, rows)] = twists
 
+    def displace(self, row, by):
+        """Put robot ``row`` elsewhere, ``by`` (2,) [m]."""
+        self.pose = self.pose.copy(order="F")
+        self.pose[row, :2] += by
+        self._bodies.moved_elsewhere()
+
     def advance(self, command):
         """Move for one step under ``command`` (n, a), a column for each axis of the team."""
         if len(self._mirrored):
@@ -377,6 +383,11 @@ class PointMassMotion:
         self.pose[rows], self.twist[rows] = poses, twists
         if self.z is not None and z is not None:
             self.z[rows] = z
+
+    def displace(self, row, by):
+        """Put point ``row`` elsewhere, ``by`` (2,) [m]."""
+        self._renew()
+        self.pose[row, :2] += by
 
     def _renew(self):
         """Replace poses and twists by copies, since callers may keep the old arrays."""

@@ -264,7 +264,7 @@ def test_parts_of_a_sweep_are_taken_together(tmp_path, monkeypatch):
     run_sweep(runs, str(tmp_path), jobs=1)
     whole = (tmp_path / "sweep.csv").read_text().splitlines()
     assert whole == [parts[0][0], parts[0][1], parts[1][1], parts[0][2]] and len(told) == 3
-    assert (tmp_path / "sweep.png").exists()
+    assert b"inputs sha256 " in (tmp_path / "sweep.png").read_bytes()
 
 
 @pytest.mark.parametrize("text", ["0/2", "3/2", "1", "a/b", "1/2/3", "-1/2"])

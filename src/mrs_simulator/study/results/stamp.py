@@ -43,3 +43,9 @@ def stamp_of(scenario):
         text = text.replace(path, os.path.basename(path))
     whole = [hashlib.sha256(text.encode("utf-8")).hexdigest(), *sorted(map(digest, files))]
     return STAMP.format(hashlib.sha256(" ".join(whole).encode("ascii")).hexdigest())
+
+
+def stamp_of_all(scenarios):
+    """Return the hash of the inputs of several runs, in their order, as figures of sweeps carry it."""
+    whole = " ".join(map(stamp_of, scenarios))
+    return STAMP.format(hashlib.sha256(whole.encode("ascii")).hexdigest())

@@ -430,14 +430,16 @@ def _measure(verdict, key):
 def _write_figures(runs, verdicts, out, boundary):
     from mrs_simulator.study.draw.canvas import save  # matplotlib is slow to import
     from mrs_simulator.study.draw.sweep_figures import stability_figure, sweep_figure
+    from mrs_simulator.study.results.stamp import stamp_of_all
 
     table = [(values, verdict) for (_, values, _), verdict in zip(runs, verdicts)]
     units = _units(runs)
     drawn = {FIGURE: sweep_figure(table, units), MAP: stability_figure(table, boundary, units)}
+    drawn = {name: figure for name, figure in drawn.items() if figure is not None}
+    stamp = stamp_of_all([scenario for _, _, scenario in runs]) if drawn else ""
     for name, figure in drawn.items():
-        if figure is not None:
-            for kind in FORMATS:
-                save(figure, os.path.join(out, "{}.{}".format(name, kind)))
+        for kind in FORMATS:
+            save(figure, os.path.join(out, "{}.{}".format(name, kind)), stamp)
 
 
 def _units(runs):

@@ -12,6 +12,7 @@ from mrs_simulator.scenario.reading import ScenarioError, load_yaml
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.draw.style import add_look, look_of
+from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.search.break_command import add_runs, exit_with
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.margins import Margins, axes_of
@@ -51,7 +52,7 @@ def margins(arguments):
     found = Margins(search, axes, scenario.n).found()
     report = {"scenario": path, "runs": search.runs, **found}
     write_text(os.path.join(arguments.out, REPORT), json.dumps(report, indent=2) + "\n")
-    _draw(report, arguments.out, look, formats)
+    _draw(report, arguments.out, look._replace(stamp=stamp_of(scenario)), formats)
     print("\n".join(lines_of(report)))
     return 0
 
@@ -72,7 +73,8 @@ def _draw(report, out, look, formats):
     with canvas.in_style(look.style):
         figure = margins_figure.margins_figure(report, look.width)
         for kind in formats:
-            canvas.save(figure, os.path.join(out, "{}.{}".format(FIGURE, kind)))
+            path = os.path.join(out, "{}.{}".format(FIGURE, kind))
+            canvas.save(figure, path, look.stamp)
 
 
 def lines_of(report):

@@ -165,3 +165,8 @@ def test_a_weak_edge_of_an_undirected_graph_joins_all_the_same():
     theorem = linear_theorem(np.outer(first, first) + 1e-9 * np.outer(weak, weak))
     assert theorem.zeros == 1 and theorem.rate == pytest.approx(1.5e-9, rel=1e-3)
     np.testing.assert_allclose(theorem.limit(START[:3]), [START[:3].mean(axis=0)] * 3, atol=1e-5)
+
+
+def test_of_a_defective_zero_nothing_is_claimed():
+    theorem = linear_theorem([[0.0, -1.0], [0.0, 0.0]])
+    assert not theorem.is_stable and theorem.consequences(START[:2], 0.1) == []

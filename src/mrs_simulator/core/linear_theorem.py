@@ -102,6 +102,8 @@ class LinearTheorem(NamedTuple):
         They are those that have ``names``, and hold within the ``accuracy``.  ``floor`` [m]: of the error,
         as in ``claims.rate``; ``free``: the limit is another once robots were at their limits.
         """
+        if self.projection is None:  # as of a double integrator: nothing settles
+            return []
         limit, drift = self.limit(start), self._as(self.drift, start)
         staying = np.abs(drift).max(initial=0.0) <= NEGLIGIBLE
 

@@ -13,7 +13,6 @@ from mrs_simulator.core.spectra import (
     laplacian_eigenvalues,
     left_null_vector,
     rigidity_matrix,
-    sampled_rate,
     spectral_radius,
 )
 
@@ -150,14 +149,6 @@ def test_rigidity():
     # Three robots on one line: rigid, but not to first order.
     line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
     assert not is_infinitesimally_rigid(line, [(0, 1), (1, 2), (0, 2)])
-
-
-def test_the_rate_of_held_inputs():
-    # lambda = 1 and 3, held for 0.5 s: factors 0.5 and -0.5.
-    path = Topology.preset("path", 3)
-    assert sampled_rate(path.laplacian(), 0.5) == pytest.approx(2.0 * np.log(2.0))
-    assert sampled_rate(path.laplacian(), 0.7) < 0.0  # 0.7 * 3 above 2
-    assert sampled_rate(np.zeros((2, 2)), 0.1) == 0.0
 
 
 def test_quantities_are_computed_once():

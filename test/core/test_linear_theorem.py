@@ -135,7 +135,14 @@ def test_leaders_are_rows_of_zeros_and_their_hull_is_the_limit():
 def test_where_nothing_moves_nothing_bounds_the_period(matrix):
     theorem = linear_theorem(matrix)
     assert not theorem.is_defective
-    assert theorem.longest_period == theorem.held_rate(0.1) == np.inf
+    assert theorem.longest_period == np.inf and theorem.held_rate(0.1) == 0.0
+
+
+def test_the_rate_of_held_inputs():
+    path = linear_theorem(Topology.preset("path", 3).laplacian())
+    # Eigenvalues 1 and 3, held for 0.5 s: factors 0.5 and -0.5.
+    assert path.held_rate(0.5) == pytest.approx(2.0 * np.log(2.0))
+    assert path.held_rate(0.7) < 0.0  # 0.7 * 3 above 2
 
 
 def test_the_held_rate_with_a_delay_is_that_of_the_longer_state():

@@ -6,7 +6,7 @@ from protocol_fixtures import shipped
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import converges_to, disagreement, distance_to, rate
-from mrs_simulator.core.spectra import sampled_rate
+from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
 from mrs_simulator.study.run.simulating import simulate
@@ -37,7 +37,7 @@ class AtTheRate(Agree):
     TIMES = 1.0
 
     def claims(self, start):
-        own = sampled_rate(0.5 * self.topology.laplacian(), self.period)
+        own = linear_theorem(0.5 * self.topology.laplacian()).held_rate(self.period)
         return [rate(self.TIMES * own, disagreement, 0.02)]
 
 

@@ -53,21 +53,26 @@ class LinearTheorem(NamedTuple):
     is_stable: bool  # all modes but those that stay decay
     longest_period: float  # [s] of held commands, inf where nothing decays
     longest_delay: float  # [s], one on all of M x
-    noise: Optional[float]  # [s], mean variance of a coordinate per unit of velocity noise [m^2/s]
+    matrix: np.ndarray  # M (m, m) [1/s]
+
+    @property
+    def noise(self):
+        """Return the mean variance of a coordinate per unit of velocity noise [m^2/s], in s, or None."""
+        return _variance(self.matrix, self.projection) if self.is_stable else None
 
     def limit(self, start):
         """Return where a ``start`` (n, d) ends, (n, d) [m]; where it drifts, at time 0."""
         return self._kept(start) + self._as(self.offset, start)
 
     def held_rate(self, period, steps=0):
-        """Return the rate [1/s] of the slowest mode under commands held for ``period`` [s], else inf.
+        """Return the rate [1/s] of the slowest mode under commands held for ``period`` [s], or 0.
 
         All of M x is late by so many ``steps`` of the period.  The least ``-ln |z|/period`` of the
         roots z of ``z^(steps + 1) - z^steps + period mu``; negative if one grows.
         """
         mu = period * self._moving()
         sizes = np.abs(1.0 - mu) if steps == 0 else [_largest_root(one, steps) for one in mu]
-        return float(-np.log(max(*sizes, 1e-300)) / period) if len(mu) else np.inf
+        return float(-np.log(max(*sizes, 1e-300)) / period) if len(mu) else 0.0
 
     def claims(self, start, period, delay=0.0, place=0.02, share=0.02, floor=0.0):
         """Return what theory says of a run from ``start`` (n, d), a list of ``Condition`` and ``Claim``.
@@ -175,21 +180,22 @@ def linear_theorem(matrix, constant=0.0, exact=True):
     zeros = still.shape[1]
     projection = still @ still.T if symmetric else _projection(matrix, zeros, size)
     stable = projection is not None and bool((mu.real > zero).all())
-    found = {"offset": None, "drift": None, "noise": None}
+    offset, drift = None, None
     if projection is not None:
-        found["offset"], found["drift"] = _carried(matrix, projection, size, constant)
-        found["noise"] = _variance(matrix, projection) if stable else None
+        offset, drift = _carried(matrix, projection, size, constant)
     late = (0.5 * np.pi - np.abs(phase_of(mu))) / np.abs(mu)
     return LinearTheorem(
         values[np.argsort(values.real, kind="stable")],
         zeros,
         float(mu.real.min()) if stable and len(mu) else None,
         projection,
+        offset,
+        drift,
         is_defective=not symmetric and _is_defective(matrix, vectors),
         is_stable=stable,
         longest_period=float(stable_step(mu)) if stable and len(mu) else np.inf,
         longest_delay=float(late.min(initial=np.inf)) if stable else 0.0,
-        **found,
+        matrix=matrix,
     )
 
 

@@ -84,19 +84,6 @@ def unshared(n):
     return np.linalg.qr(np.column_stack([np.ones(n), np.eye(n)[:, : n - 1]]))[0][:, 1:]
 
 
-def sampled_rate(matrix, period):
-    """Return the rate [1/s] at which ``p' = -M p`` decays when its input is held for ``period`` [s].
-
-    ``-ln rho / period``, with ``rho`` the largest modulus of the eigenvalues of ``I - period M``
-    other than those that belong to the eigenvalues zero of ``M`` (n, n) [1/s]; negative if it grows.
-    """
-    values = nonzero_eigenvalues(np.linalg.eigvals(np.asarray(matrix, dtype=float)))
-    if not len(values):
-        return 0.0
-    largest = float(np.max(np.abs(1.0 - period * values)))
-    return float(-np.log(max(largest, 1e-300)) / period)
-
-
 def rigidity_matrix(points, pairs):
     """Return the rigidity matrix, (m, d n), of ``points`` (n, d) and m ``pairs`` of rows (i, j).
 

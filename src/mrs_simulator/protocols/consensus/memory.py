@@ -53,10 +53,11 @@ PUSH = Parameter(
 SEED = Parameter("seed", 0, low=0, high=2**31 - 1, meaning="of everything random in the protocol")
 
 
-def stable_if_held(decay):
-    """Return the condition that errors ``decay`` [1/s] under held commands."""
-    why = "the command period is too long"
-    return Condition("stable with held commands", decay > 0.0, why, necessary=True)
+def stable_if_held(theorem, period, late=0):
+    """Return the condition that all decays under commands held for ``period`` [s], ``late`` by so many."""
+    why, moves = "the command period is too long", len(theorem.eigenvalues) > theorem.zeros
+    holds = not moves or theorem.held_rate(period, late) > 0.0
+    return Condition("stable with held commands", holds, why, necessary=True)
 
 
 class Remembering(PioneerControl):
@@ -149,10 +150,9 @@ class DelayedConsensus(Solved):
             return conditions
         tau = self.delay_steps * self.period
         theorem = self._theorem()
-        decay = theorem.held_rate(self.period, self.delay_steps)
         conditions += [
             below("tau < pi/(2 gain lambda_max) [s]", tau, theorem.longest_delay, necessary=True),
-            stable_if_held(decay),
+            stable_if_held(theorem, self.period, self.delay_steps),
         ]
         claims = theorem.consequences(start, self.period, ACCURACY, NAMES._replace(rate=""))
         return [*conditions, *claims, decays_as(self.prediction, disagreement)]
@@ -222,7 +222,7 @@ class SecondOrderConsensus(Resumable):
             Condition(
                 name, self.g > bound, "{:.4g} against {:.4g}".format(self.g, bound), necessary=True
             ),
-            stable_if_held(held.held_rate(self.period)),
+            stable_if_held(held, self.period),
         ]
         return conditions + [
             Claim(

@@ -19,8 +19,7 @@ from mrs_simulator.core.claims import (
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import phase_of
-from mrs_simulator.core.linear_theorem import ACCURACY, Names
-from mrs_simulator.core.spectra import sampled_rate
+from mrs_simulator.core.linear_theorem import ACCURACY, Names, linear_theorem
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, falls, resting
 from mrs_simulator.protocols.energies import laplacian_energy
@@ -224,7 +223,7 @@ class Rendezvous(PioneerControl):
                 "it is {:.3g}: one command may carry an edge past D".format(step),
             ),
         ]
-        decay = sampled_rate(self.gain * 2.0 / self.radius * edges.laplacian(), self.period)
+        near = linear_theorem(self.gain * 2.0 / self.radius * edges.laplacian())
 
         def longest_edge(hand):
             return gathering_equations.edge_lengths(hand, pairs).max(axis=1, initial=0.0)
@@ -234,7 +233,9 @@ class Rendezvous(PioneerControl):
             *falls(self.energy(start), "growth of the edge tension [-]"),
             invariant(centroid, 1e-3, "drift of the mean [m]"),
             converges_to(start.mean(axis=0), 0.02, "distance from the mean [m]", free=True),
-            rate(decay, disagreement, 0.02, "decay rate near agreement [1/s]"),
+            rate(
+                near.held_rate(self.period), disagreement, 0.02, "decay rate near agreement [1/s]"
+            ),
         ]
         return conditions + claims
 

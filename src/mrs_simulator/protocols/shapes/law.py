@@ -19,14 +19,13 @@ from mrs_simulator.core.claims import (
     rate,
 )
 from mrs_simulator.core.fields import Parameter
-from mrs_simulator.core.linear_theorem import NAMES, Accuracy
+from mrs_simulator.core.linear_theorem import NAMES, Accuracy, linear_theorem
 from mrs_simulator.core.spectra import (
     is_infinitesimally_bearing_rigid,
     is_infinitesimally_rigid,
     laplacian_eigenvalues,
     left_null_vector,
     rigid_rank,
-    sampled_rate,
 )
 from mrs_simulator.protocols.common import (
     all_hold,
@@ -314,10 +313,8 @@ class DistanceFormation(Shaped):
         if not np.isfinite(sizes).all():
             return None
         measured = decay_rate(run.time, sizes)
-        theory = sampled_rate(
-            self.gain * laws.distance_hessian(run.hand[-1], self.topology), self.period
-        )
-        return None if measured is None or theory == 0.0 else measured / theory
+        near = linear_theorem(self.gain * laws.distance_hessian(run.hand[-1], self.topology))
+        return measured / near.held_rate(self.period) if measured and near.rate else None
 
 
 class BearingFormation(Shaped):
@@ -381,7 +378,7 @@ class BearingFormation(Shaped):
             invariant(centroid, allowed.drift, "drift of the centroid [m]"),
             invariant(relative_scale, allowed.share, "drift of the scale [-]"),
             rate(
-                sampled_rate(self.gain * matrix, self.period),
+                linear_theorem(self.gain * matrix).held_rate(self.period),
                 by_sample(self._bearing_distance),
                 allowed.rate,
                 "decay rate of the bearings' error [1/s]",

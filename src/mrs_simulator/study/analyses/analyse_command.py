@@ -9,7 +9,6 @@ import numpy as np
 
 from mrs_simulator.core.linear_theorem import ZERO
 from mrs_simulator.core.program import program
-from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
@@ -153,7 +152,7 @@ def _theory(facts, scenario, probe):
         "stable": known,
         "defective": linear.is_defective,
         "rate": linear.rate,
-        "held_rate": sampled_rate(facts.matrix, period) if linear.rate else None,
+        "held_rate": linear.held_rate(period) if linear.rate else None,
         "limit": linear.limit(probe.start).tolist() if known else None,
         "drift": linear.drift.reshape(scenario.n, -1).tolist() if known else None,
         "longest_period": _finite(linear.longest_period),

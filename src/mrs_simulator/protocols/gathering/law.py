@@ -19,7 +19,7 @@ from mrs_simulator.core.claims import (
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import phase_of
-from mrs_simulator.core.linear_theorem import ACCURACY, Names, linear_theorem
+from mrs_simulator.core.linear_theorem import Names, linear_theorem
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, falls, resting
 from mrs_simulator.protocols.energies import laplacian_energy
@@ -126,11 +126,9 @@ class Containment(LinearErrors, PioneerControl):
         def outside(run):
             return float(gathering_equations.outside_hull(run.hand[-1, :followers], corners).max())
 
-        return [
-            *conditions,
-            *self.consequences(start, ACCURACY, floor=floor, free=False),
-            Claim("farthest out of the leaders' hull [m]", 0.0, 1e-3, outside, "at most"),
-        ]
+        claims = self.consequences(start, floor=floor, free=False)
+        hull = Claim("farthest out of the leaders' hull [m]", 0.0, 1e-3, outside, "at most")
+        return [*conditions, *claims[:1], hull, *claims[1:]]
 
 
 class Rendezvous(PioneerControl):

@@ -437,11 +437,9 @@ class BearingLeaders(LinearErrors, Shaped):
         conditions += gain_conditions(self.gain, self.period, values)
         conditions.append(self._leaders_fit(start))
         floor = resting(self, len(start) - LEADERS)
-        return [
-            *conditions,
-            *self.consequences(start, self.accuracy, floor=floor, free=False),
-            bearing_error(self.places(), self.topology, self.tolerance.share),
-        ]
+        claims = self.consequences(start, self.accuracy, floor=floor, free=False)
+        bearings = bearing_error(self.places(), self.topology, self.tolerance.share)
+        return [*conditions, *claims[:1], bearings, *claims[1:]]
 
     def error_matrix(self):
         """Return ``gain B``, (n d, n d) [1/s], B the bearing Laplacian with zeros for the leaders."""

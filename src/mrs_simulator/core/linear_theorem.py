@@ -45,8 +45,9 @@ class LinearTheorem(NamedTuple):
     eigenvalues: np.ndarray  # (m,) [1/s], ascending by real part
     zeros: int  # eigenvalues zero
     rate: Optional[float]  # [1/s] of the slowest mode; None where one does not decay, or none moves
-    # The next three are None where zero is defective.
-    projection: Optional[np.ndarray]  # (m, m): what a start leaves in the limit
+    # The next four are None where zero is defective.
+    kernel: Optional[np.ndarray]  # (m, zeros): a basis of what stays
+    weights: Optional[np.ndarray]  # (zeros, m): its coordinates of a start
     offset: Optional[np.ndarray]  # (m,) [m], which is added to that
     drift: Optional[np.ndarray]  # (m,) [m/s] with which the limit moves
     is_defective: bool  # then decays have a polynomial beside exp(-rate t)
@@ -54,6 +55,11 @@ class LinearTheorem(NamedTuple):
     longest_period: float  # [s] of held commands, inf where nothing decays
     longest_delay: float  # [s], one on all of M x
     matrix: np.ndarray  # M (m, m) [1/s]
+
+    @property
+    def projection(self):
+        """Return P (m, m), what a start leaves in the limit, or None."""
+        return None if self.kernel is None else self.kernel @ self.weights
 
     @property
     def noise(self):
@@ -107,7 +113,7 @@ class LinearTheorem(NamedTuple):
         They are those that have ``names``, and hold within the ``accuracy``.  ``floor`` [m]: of the error,
         as in ``claims.rate``; ``free``: the limit is another once robots were at their limits.
         """
-        if self.projection is None:  # as of a double integrator: nothing settles
+        if self.kernel is None:  # as of a double integrator: nothing settles
             return []
         limit, drift = self.limit(start), self._as(self.drift, start)
         staying = np.abs(drift).max(initial=0.0) <= NEGLIGIBLE
@@ -145,8 +151,8 @@ class LinearTheorem(NamedTuple):
     def _kept(self, points):
         """Return what ``points`` (..., n, d) leave in the limit, (..., n, d) [m]."""
         points = np.asarray(points, dtype=float)
-        rows = points.reshape(points.shape[:-2] + (len(self.projection), -1))
-        return (self.projection @ rows).reshape(points.shape)
+        rows = points.reshape(points.shape[:-2] + (len(self.kernel), -1))
+        return (self.kernel @ (self.weights @ rows)).reshape(points.shape)
 
     def _as(self, values, points):
         """Return ``values`` of coordinates in the shape of ``points`` (n, d)."""
@@ -178,17 +184,18 @@ def linear_theorem(matrix, constant=0.0, exact=True):
     moving = np.abs(values) > zero
     mu, still = values[moving], vectors[:, ~moving]
     zeros = still.shape[1]
-    projection = still @ still.T if symmetric else _projection(matrix, zeros, size)
-    stable = projection is not None and bool((mu.real > zero).all())
+    kernel, weights = (still, still.T) if symmetric else _null_spaces(matrix, zeros, size)
+    stable = kernel is not None and bool((mu.real > zero).all())
     offset, drift = None, None
-    if projection is not None:
-        offset, drift = _carried(matrix, projection, size, constant)
+    if kernel is not None:
+        offset, drift = _carried(matrix, kernel @ weights, size, constant)
     late = (0.5 * np.pi - np.abs(phase_of(mu))) / np.abs(mu)
     return LinearTheorem(
         values[np.argsort(values.real, kind="stable")],
         zeros,
         float(mu.real.min()) if stable and len(mu) else None,
-        projection,
+        kernel,
+        weights,
         offset,
         drift,
         is_defective=not symmetric and _is_defective(matrix, vectors),
@@ -217,16 +224,19 @@ def _largest_root(mu, steps):
     return float(np.abs(np.roots(polynomial)).max())
 
 
-def _projection(matrix, zeros, size):
-    """Return the projector on the null space along the range, None where zero is defective."""
+def _null_spaces(matrix, zeros, size):
+    """Return bases (m, k) of the null space and (k, m) dual to it, of the left one, k = ``zeros``.
+
+    Two None where zero is defective.
+    """
     m = len(matrix)
     if zeros == 0:
-        return np.zeros((m, m))
+        return np.zeros((m, 0)), np.zeros((0, m))
     left, singular, right = np.linalg.svd(matrix)
     if (singular <= 10.0 * ZERO * size).sum() != zeros:
-        return None
+        return None, None
     kernel, cokernel = right[m - zeros :].T, left[:, m - zeros :]
-    return kernel @ np.linalg.solve(cokernel.T @ kernel, cokernel.T)
+    return kernel, np.linalg.solve(cokernel.T @ kernel, cokernel.T)
 
 
 def _carried(matrix, projection, size, constant):

@@ -383,3 +383,9 @@ def test_numbers_near_the_largest_make_no_warnings(tmp_path, capfd, column):
     said = capfd.readouterr()
     assert said.err == "" and "FAILED" in said.out
     assert ("no robot jumps" in said.out) == (column == "x")
+
+
+@pytest.mark.parametrize("given", [5, [1.0], "gain"])
+def test_parameters_that_are_no_mapping_are_named(given):
+    with pytest.raises(ScenarioError, match="parameters: .*, wanted a mapping"):
+        simulate("paper_four", parameters=given, duration=0.1)

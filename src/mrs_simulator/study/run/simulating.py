@@ -4,6 +4,7 @@ import os
 import tempfile
 
 from mrs_simulator.protocols.loading import choose_protocol, load_protocol
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.scenario.scenario import Scenario, load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.results.report import RUN_FILE, control_of, read_run, write_report
@@ -26,6 +27,8 @@ def simulate(scenario, protocol=None, out=None, parameters=None, progress=False,
     if isinstance(protocol, str):
         protocol = load_protocol(protocol, beside=scenario.path)
     scenario, protocol = choose_protocol(scenario, protocol)
+    if not isinstance(parameters, (dict, type(None))):
+        raise ScenarioError("parameters: {}, wanted a mapping".format(shown(parameters)))
     if parameters:
         given = {**scenario.control.parameters, **parameters}
         scenario = scenario._replace(control=scenario.control._replace(parameters=given))

@@ -5,7 +5,7 @@ import pytest
 from protocol_fixtures import shipped
 
 from mrs_simulator.protocols.making import make_control
-from mrs_simulator.record.recording import read_run_csv, write_facts
+from mrs_simulator.record.recording import Collision, read_run_csv, write_facts
 from mrs_simulator.record.run_changes import (
     Change,
     ControllerRecord,
@@ -145,6 +145,16 @@ def test_theory_is_compared_with_what_comes_after_a_change(tmp_path):
     # Nothing of it passes as a run with the gain it began with.
     meta = {key: value for key, value in run.meta.items() if key != "changes"}
     assert judged(run._replace(meta=meta), control)[0]["outcome"] == "failed"
+
+
+def test_a_collision_before_the_change_is_no_fault_of_the_law(tmp_path, capfd):
+    scenario = with_gain(points("consensus", duration=6.0), 0.2)
+    run, control = changed_run(scenario, with_gain(scenario, 0.5), tmp_path)
+    touched = run._replace(collisions=[Collision(1.0, "robot1", "robot2", 0.0, 0.0)])
+    verdict, _ = judged(touched, control)
+    assert verdict["outcome"] == "failed"
+    assert [c["name"] for c in verdict["checks"] if c["passed"] is False] == ["collisions"]
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_another_graph_is_judged_from_then_on(tmp_path):

@@ -254,7 +254,8 @@ def _claims(control, run, faults, followed=None):
         gripping = _gripping(control, run) if slipped is not None else None
         theory = Theory(exact, followed, slipped, narrow, points=points, gripping=gripping)
         theory = theory._replace(unbanded=_unbanded(control, run))
-    if run.collisions:
+    # Of what is left of a run after a change, none may have come.
+    if run.collisions and run.collisions[-1].time >= run.time[0]:
         with _keeping([], "prediction"):  # whose faults are reported with the track
             theory = theory._replace(led=_led(control, run, theory, claims))
     return claims, _limited(control, run, theory)

@@ -162,6 +162,12 @@ def test_what_is_outside_of_the_promise_is_warned_of_before_the_run():
     assert text in Experiment(scenario.changed(obstacles=[cart])).warnings
     (text,) = make_control(scenario.changed(mismatch={"speed": 1.2})).foreseen
     assert "because of the mismatch" in text
+    push = {"at": 1.0, "robot": 2, "event": "pushed", "by": [0.1, 0.0]}
+    (text,) = make_control(scenario.changed(events=[push])).foreseen
+    assert "because of robots that are pushed, or fall:" in text
+    (text,) = make_control(scenario.changed(odometry_rate=0.5 * scenario.control.rate)).foreseen
+    assert "because of places that come less often than commands:" in text
+    assert make_control(scenario.changed(odometry_rate=scenario.control.rate)).foreseen == []
     unfiltered = dict(scenario.control.to_plain(), safety=False)
     assert make_control(scenario.changed(obstacles=[cart], control=unfiltered)).foreseen == []
 

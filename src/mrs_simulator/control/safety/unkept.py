@@ -6,6 +6,7 @@ from mrs_simulator.control.stopping import greatest, stopping_ways
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.vehicles.odometry_rates import odometry_steps
 
 OUTSIDE = "safety filter: bodies may touch all the same, because of {}: docs/safety.md"
 SLOW = "safety filter: {} of robot{} reads at {:g} Hz, wanted the commands' {:g} Hz or more"
@@ -45,9 +46,20 @@ def _outside(scenario, control):
         "the mismatch": scenario.mismatch != NO_MISMATCH,
         "places that are estimated, or reckoned from wheels": drifts
         and not control.safety_filter.sensors,
+        "places that come less often than commands": _seldom(scenario, control)
+        and not control.safety_filter.sensors,
+        "robots that are pushed, or fall": bool(scenario.events),
         "arms, which reach beyond their bases": control.team.has_arms,
     }
     return [text for text, holds in found.items() if holds]
+
+
+def _seldom(scenario, control):
+    """Return whether a robot's odometry is older than a command period at some command."""
+    if scenario.odometry_rate is None:
+        return False
+    steps = odometry_steps(control.team, scenario.odometry_rate, scenario.step)
+    return bool(steps.max() > scenario.steps_per_command)
 
 
 def _sensed(scenario, control):

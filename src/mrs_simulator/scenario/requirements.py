@@ -4,8 +4,6 @@ from typing import NamedTuple, Optional
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT, predicates
-from mrs_simulator.core.temporal_logic.robustness import check
-from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
 from mrs_simulator.scenario.reading import ScenarioError, shown
 
 LONGEST_NAME = 60  # [characters]
@@ -88,6 +86,8 @@ class Requirement(NamedTuple):
     @property
     def formula(self):
         """Return the formula as a tree."""
+        from mrs_simulator.core.temporal_logic.syntax import parse
+
         return parse(self.text)
 
 
@@ -103,6 +103,10 @@ def read_requirements(top):
 
 
 def _read(name, text, where):
+    # Most scenarios have no requirement.
+    from mrs_simulator.core.temporal_logic.robustness import check
+    from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
+
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
         raise ScenarioError("{}: {}, wanted a name of a requirement".format(where, shown(name)))
     try:

@@ -9,11 +9,7 @@ import os
 
 from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
-from mrs_simulator.vehicles.importing.description import read_description
-from mrs_simulator.vehicles.importing.packages import Packages
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw
-from mrs_simulator.vehicles.importing.shapes import solid
-from mrs_simulator.vehicles.importing.xacro_files import description_text
 from mrs_simulator.vehicles.kind import read_kind
 from mrs_simulator.vehicles.registry import (
     file_named,
@@ -98,6 +94,12 @@ def model_shape(path):
 
     Raises ``ScenarioError``.
     """
+    # Models of a team's robots are read for pictures alone.
+    from mrs_simulator.vehicles.importing.description import read_description
+    from mrs_simulator.vehicles.importing.packages import Packages
+    from mrs_simulator.vehicles.importing.shapes import solid
+    from mrs_simulator.vehicles.importing.xacro_files import description_text
+
     packages = Packages(os.path.dirname(path))
     description = read_description(description_text(path, {}, packages), path)
     parts = []

@@ -20,7 +20,6 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import failure
 from mrs_simulator.record.recording import write_facts
 from mrs_simulator.scenario.scenario import FARTHEST
-from mrs_simulator.sensors.pose_filter.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.state.layout import basic_layout
 from mrs_simulator.state.state_table import StateTable
@@ -64,7 +63,7 @@ class Experiment:
         self.layout = self.control.team.layout(lambda column: column.given(scenario))
         self._is_basic = {*self.layout.widths} - {("estimate", 3)} == {*basic_layout().widths}
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
-        self.estimator = Estimator.of_scenario(scenario, self.world.team)
+        self.estimator = _estimator(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
         rate, team = scenario.odometry_rate, self.world.team
         self._odometry_steps = 1 if rate is None else odometry_steps(team, rate, scenario.step)
@@ -474,3 +473,12 @@ def _with_progress(samples, scenario, wanted):
 def samples_of(scenario):
     """Return how many samples a complete run of ``scenario`` has."""
     return int(round(scenario.duration / scenario.step)) // scenario.steps_per_record + 1
+
+
+def _estimator(scenario, team):
+    """Return the ``Estimator`` of the ``scenario``, None where it has no ``estimates``."""
+    if scenario.estimates is None:
+        return None
+    from mrs_simulator.sensors.pose_filter.estimation import Estimator
+
+    return Estimator.of_scenario(scenario, team)

@@ -12,8 +12,6 @@ import numpy as np
 from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.scenario.reading import ScenarioError, shown
-from mrs_simulator.vehicles.importing.description import read_description
-from mrs_simulator.vehicles.importing.xml_reading import read_text
 
 MOVING = ("revolute", "continuous", "prismatic")
 
@@ -39,6 +37,10 @@ def read_chain(path, joints, tool):
 
     Raises ``ScenarioError`` that names the file and the joint or link that does not fit.
     """
+    # A team without arms reads no description.
+    from mrs_simulator.vehicles.importing.description import read_description
+    from mrs_simulator.vehicles.importing.xml_reading import read_text
+
     description = read_description(read_text(path), path)
     if tool not in description.links:
         raise ScenarioError(unknown_name(path + ": link", tool, description.links))

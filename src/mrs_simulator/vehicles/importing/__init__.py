@@ -4,6 +4,8 @@ A differential drive is described by the gazebo_ros drive plugin in the file, or
 ``diff_drive_controller``; any other drive is named by the user.  All give
 the content of a kind's file, which the user's own keys go over.
 ``docs/robots_of_your_own.md`` describes it.
+
+Most runs import no robot, so what reads descriptions is imported where it is used.
 """
 
 import os
@@ -11,12 +13,6 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.scenario.reading import ScenarioError, Section, shown
-from mrs_simulator.vehicles.importing.assembling import assembled
-from mrs_simulator.vehicles.importing.description import read_description
-from mrs_simulator.vehicles.importing.drive_facts import controller_facts, plugin_facts
-from mrs_simulator.vehicles.importing.named_drives import ASSEMBLED, DRIVES, differential_facts
-from mrs_simulator.vehicles.importing.packages import Packages
-from mrs_simulator.vehicles.importing.xacro_files import description_text
 
 ENDINGS = (".urdf", ".xacro")
 
@@ -40,6 +36,8 @@ def is_description(name):
 @explained_by("docs/robots_of_your_own.md#from-a-urdf-or-xacro")
 def read_request(content, where, directory):
     """Return the ``Request`` in the mapping ``content``; paths are relative to ``directory``."""
+    from mrs_simulator.vehicles.importing.named_drives import DRIVES
+
     section = Section(content, where)
     urdf = section.text("urdf")
     arguments = _mapping(section, "arguments", (str, int, float, bool), "texts and numbers")
@@ -92,6 +90,12 @@ def imported(request, given, where) -> Tuple[Dict[str, Any], Tuple[str, ...]]:
     ``mass``, ``limits``); ``where`` names that file in errors.  Raises ``ScenarioError`` that names
     the link, joint or tag.
     """
+    from mrs_simulator.vehicles.importing.assembling import assembled
+    from mrs_simulator.vehicles.importing.description import read_description
+    from mrs_simulator.vehicles.importing.named_drives import ASSEMBLED
+    from mrs_simulator.vehicles.importing.packages import Packages
+    from mrs_simulator.vehicles.importing.xacro_files import description_text
+
     packages = Packages(os.path.dirname(request.urdf), request.packages)
     absent = []
     text = description_text(request.urdf, request.arguments, packages, absent)
@@ -106,6 +110,9 @@ def imported(request, given, where) -> Tuple[Dict[str, Any], Tuple[str, ...]]:
 
 def _facts(request, description):
     """Return the ``DriveFacts`` of a differential drive, from whatever the request names."""
+    from mrs_simulator.vehicles.importing.drive_facts import controller_facts, plugin_facts
+    from mrs_simulator.vehicles.importing.named_drives import differential_facts
+
     if request.drive is not None:
         return differential_facts(description)
     if request.controller is not None:

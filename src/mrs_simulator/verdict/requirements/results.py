@@ -6,10 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.temporal_logic.formula import predicates
-from mrs_simulator.core.temporal_logic.robustness import evaluate
-from mrs_simulator.core.temporal_logic.syntax import FormulaError
 from mrs_simulator.scenario.requirements import RESULT_KEYS
-from mrs_simulator.verdict.requirements.signals import Absent, signal_of
 from mrs_simulator.verdict.user_values import plain
 
 WORDS = {True: "met", False: "BROKEN", None: "open"}
@@ -57,6 +54,11 @@ def _begun(requirement, period, note=""):
 
 
 def _result(requirement, control, run, period):
+    # Most runs have no requirement.
+    from mrs_simulator.core.temporal_logic.robustness import evaluate
+    from mrs_simulator.core.temporal_logic.syntax import FormulaError
+    from mrs_simulator.verdict.requirements.signals import Absent, signal_of
+
     result = _begun(requirement, period)
     formula = requirement.formula
     names = {name for each in predicates(formula) for name in each.signals}

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""A campaign inside the theorems' hypotheses: random starts of points, of which no claim may fail.
+
+    python3 benchmarks/hypotheses.py                        # 100 starts of each protocol
+    python3 benchmarks/hypotheses.py consensus --runs 10000 --results FILE   # goes on from FILE
+
+Each protocol's scenario runs on points without limits, from places drawn uniformly from a box: that of
+``BOXES``, else that of the scenario's own places, half as large again; headings and seeds are drawn as
+well.  Laws of ``NEAR`` begin near the scenario's places: what they say holds from there.  A start at which
+a condition of the theorem does not hold is outside.  A claim that fails is a mistake: of a law, of the
+simulation, or of a claim that forgets what its theorem needs.  Prints starts, how many were inside with a
+claim judged, and what failed; exits with 1 where one did.
+"""
+
+import argparse
+import collections
+import contextlib
+import io
+import json
+import multiprocessing
+import os
+import sys
+
+import numpy as np
+from claims import ARMED, SCENARIOS
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+GROWN = 1.5  # [-] times the size of the box of a scenario's own places
+LEAST = 2.0  # [m] sides of a box
+APART = 0.3  # [m] between two points, at least
+# Boxes (x_min, y_min, x_max, y_max) [m] of theorems that hold from some places alone, by protocol.
+BOXES = {}
+# How far places [m] and headings [rad] may be from the scenario's: of laws by sensors, which have to sense
+# the wall, or the robot before them, from the start.
+NEAR = {
+    "exploration": (0.2, 3.0),
+    "sensed_following": (0.05, 0.05),
+    "wall_following": (0.05, 0.05),
+}
+OUTSIDE = "does not hold"  # the measured value of a condition
+
+
+def names(wanted):
+    """Return the protocols ``wanted``, by default all whose robots may be points."""
+    from mrs_simulator.protocols import HOMES
+
+    return [name for name in wanted or sorted(HOMES) if name not in ARMED]
+
+
+def start(scenario, name, seed):
+    """Return ``scenario`` of points, from places and with a seed drawn by ``seed``."""
+    box, random = np.array(BOXES.get(name) or _box(scenario.poses)), np.random.default_rng(seed)
+    places = []
+    while len(places) < scenario.n:
+        place = random.uniform(box[:2], box[2:])
+        if all(np.hypot(*(place - each)) >= APART for each in places):
+            places.append(place)
+    headings = random.uniform(-np.pi, np.pi, scenario.n)
+    if name in NEAR:
+        spread = np.array([NEAR[name][0]] * 2 + [NEAR[name][1]])
+        places, headings = np.split(
+            scenario.poses + random.uniform(-spread, spread, (scenario.n, 3)), [2], axis=1
+        )
+    control = dict(scenario.control.to_plain(), saturation="none")
+    poses = np.column_stack([places, headings]).tolist()
+    changes = {"fidelity": "point_mass", "limits": "none", "control": control, "poses": poses}
+    return scenario.changed(seed=seed, **changes)
+
+
+def _box(poses):
+    low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
+    half = np.maximum(0.5 * GROWN * (high - low), 0.5 * LEAST)
+    return [*(0.5 * (low + high) - half), *(0.5 * (low + high) + half)]
+
+
+def run(task):
+    """Return what became of a ``task``, (protocol, seed), a plain mapping."""
+    name, seed = task
+    found = {"protocol": name, "seed": seed, "judged": 0, "failed": {}, "error": "", "outside": []}
+    with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
+        try:
+            found.update(_judged(name, seed))
+        except Exception as error:
+            found["error"] = "{}: {}".format(type(error).__name__, error)
+    return found
+
+
+def _judged(name, seed):
+    from mrs_simulator import load_scenario
+    from mrs_simulator.study.run.simulating import simulate
+
+    path = os.path.join(ROOT, "scenarios", SCENARIOS.get(name, name) + ".yaml")
+    verdict = simulate(start(load_scenario(path), name, seed)).verdict
+    checks = verdict["checks"]
+    outside = [each["name"] for each in checks if each["measured"] == OUTSIDE]
+    failed = {each["name"]: each["note"] for each in checks if each["passed"] is False}
+    judged = sum(each["passed"] is not None for each in checks)
+    if outside:
+        failed, judged = {}, 0
+    return {"judged": judged, "outcome": verdict["outcome"], "failed": failed, "outside": outside}
+
+
+def tasks_left(protocols, runs, path):
+    """Return the tasks that are still to be run, and what ``path`` holds of the others."""
+    done = []
+    if path and os.path.exists(path):
+        with open(path) as file:
+            done = [json.loads(line) for line in file if line.endswith("\n")]
+    done = [each for each in done if each["protocol"] in protocols and each["seed"] < runs]
+    known = {(each["protocol"], each["seed"]) for each in done}
+    tasks = [(name, seed) for seed in range(runs) for name in protocols]
+    return [task for task in tasks if task not in known], done
+
+
+def campaign(arguments):
+    """Run what is left, and return all results."""
+    tasks, done = tasks_left(names(arguments.protocols), arguments.runs, arguments.results)
+    with contextlib.ExitStack() as stack:
+        log = stack.enter_context(open(arguments.results or os.devnull, "a"))
+        pool = stack.enter_context(multiprocessing.Pool(arguments.jobs, maxtasksperchild=200))
+        for result in pool.imap_unordered(run, tasks, chunksize=1):
+            done.append(result)
+            log.write(json.dumps(result) + "\n")
+            log.flush()
+    return done
+
+
+def main():
+    """Run the campaign and say what failed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("protocols", nargs="*")
+    parser.add_argument("--runs", type=int, default=100, help="of each protocol")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--results", help="a file to which each result is added")
+    results = campaign(parser.parse_args())
+    by_protocol = collections.defaultdict(list)
+    for each in results:
+        by_protocol[each["protocol"]].append(each)
+    for name, own in sorted(by_protocol.items()):
+        failed = [each for each in own if each["failed"]]
+        errors = [each for each in own if each["error"]]
+        numbers = len(own), sum(each["judged"] > 0 for each in own), len(failed), len(errors)
+        print("{}: {} starts, {} judged, {} failed, {} errors".format(name, *numbers))
+        for each in (failed + errors)[:3]:
+            print("  seed {}: {}".format(each["seed"], each["error"] or each["failed"]))
+    return int(any(each["failed"] or each["error"] for each in results))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

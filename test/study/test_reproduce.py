@@ -1,14 +1,17 @@
 import json
+import os
 import re
 import shutil
 
 import pytest
 
+from mrs_simulator.core.compiling import VARIABLE
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.draw.canvas import new_figure, save, settle
 from mrs_simulator.study.draw.style import look
-from mrs_simulator.study.results.provenance import read_provenance
+from mrs_simulator.study.results import reproduce
+from mrs_simulator.study.results.provenance import provenance, read_provenance
 from mrs_simulator.study.results.reproduce import main
 from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.experiment import run_experiment
@@ -134,3 +137,41 @@ def test_a_run_is_a_crate_that_describes_its_files(run):
     assert all(graph[name]["contentSize"] == str((run / name).stat().st_size) for name in named)
     action = graph[dataset["mentions"]["@id"]]
     assert action["instrument"]["@id"] in graph and action["object"] == {"@id": "scenario.yaml"}
+
+
+def write_compiled(run, value):
+    path = run / "provenance.json"
+    found = json.loads(path.read_text())
+    assert "compiled" in found
+    found.pop("compiled") if value == "absent" else found.update(compiled=value)
+    path.write_text(json.dumps(found))
+
+
+@pytest.mark.parametrize(
+    "was, now, wanted",
+    [(None, "1", None), ("0", "1", "0"), ("1", None, "1"), ("absent", "0", "0")],
+)
+def test_it_is_run_again_compiled_or_not_as_it_was(was, now, wanted, run, monkeypatch, capsys):
+    write_compiled(run, was)
+    monkeypatch.delenv(VARIABLE, raising=False)
+    if now is not None:
+        monkeypatch.setenv(VARIABLE, now)
+    seen = []
+    monkeypatch.setattr(
+        reproduce, "run_experiment", lambda *_, **__: seen.append(os.environ.get(VARIABLE))
+    )
+    assert reproduced(run / "run.csv", capsys)[0] == 1  # nothing was made
+    assert seen == [wanted] and os.environ.get(VARIABLE) == now
+
+
+def test_a_run_says_whether_it_was_compiled(run, tmp_path, monkeypatch):
+    scenario = load_scenario(str(run / "scenario.yaml"))
+    for said in ("0", "1"):
+        monkeypatch.setenv(VARIABLE, said)
+        assert provenance(scenario, str(run), look("column"))["compiled"] == said
+
+
+def test_what_is_no_text_is_refused(run, capsys):
+    write_compiled(run, 1)
+    code, said = reproduced(run / "run.csv", capsys)
+    assert code == 2 and "compiled: 1, wanted a text" in said

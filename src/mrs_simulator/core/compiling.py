@@ -43,6 +43,20 @@ def _chosen():
     return wanted
 
 
+@contextlib.contextmanager
+def chosen(wanted):
+    """Let ``VARIABLE`` be ``wanted`` in the environment, None unset, while the context lasts."""
+    before = os.environ.pop(VARIABLE, None)
+    try:
+        if wanted is not None:
+            os.environ[VARIABLE] = wanted
+        yield
+    finally:
+        os.environ.pop(VARIABLE, None)
+        if before is not None:
+            os.environ[VARIABLE] = before
+
+
 def seconds_saved(steps, robots):
     """Return how much sooner [s] ``steps`` of ``robots`` end when they are compiled, loading included."""
     by_step, by_robot = SAVED

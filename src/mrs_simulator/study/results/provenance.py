@@ -6,6 +6,7 @@ import platform
 import sys
 
 import mrs_simulator
+from mrs_simulator.core.compiling import VARIABLE
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.scenario.reading import read_json
 from mrs_simulator.study.draw.style import Look
@@ -22,9 +23,10 @@ def provenance(scenario, out, look):
     """Return how the run of ``scenario`` in the directory ``out`` was made, a plain mapping.
 
     ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
-    of a clone; ``processor``; ``seed``; ``look``: width [in] and style of the figures; ``stamp``: what
-    these carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the outputs without
-    those that hold wall times (``run.json``, ``verdict.json``).
+    of a clone; ``processor``; ``compiled``: ``MRS_SIMULATOR_COMPILED``, None where it was unset; ``seed``;
+    ``look``: width [in] and style of the figures; ``stamp``: what these carry, one hash of all inputs;
+    ``inputs`` and ``outputs``: SHA-256 by file, the outputs without those that hold wall times
+    (``run.json``, ``verdict.json``).
     """
     inputs = {path: digest(path) for path in input_files(scenario)}
     inputs["scenario.yaml"] = digest(os.path.join(out, "scenario.yaml"))
@@ -34,6 +36,7 @@ def provenance(scenario, out, look):
         "versions": versions(),
         "commit": commit(),
         "processor": processor(),
+        "compiled": os.environ.get(VARIABLE),
         "seed": scenario.seed,
         "look": {"width": look.width, "style": {k: str(v) for k, v in look.style.items()}},
         "stamp": stamp_of(scenario),

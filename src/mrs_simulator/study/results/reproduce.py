@@ -5,6 +5,7 @@ import os
 import sys
 import tempfile
 
+from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
@@ -13,6 +14,7 @@ from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.draw.style import FORMATS, look
 from mrs_simulator.study.results.provenance import commit, processor, read_provenance
+from mrs_simulator.study.results.report import PROVENANCE_FILE
 from mrs_simulator.study.results.stamp import digest
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.verdict.verdict import versions
@@ -51,7 +53,8 @@ def reproduce(arguments):
     style = look(made["look"].get("width", ""), arguments.style)
     scenario = load_scenario(os.path.join(out, "scenario.yaml"))
     with tempfile.TemporaryDirectory(prefix="mrs_simulator") as directory:
-        run_experiment(scenario, directory, formats=formats, look=style)
+        with compiling.chosen(_compiled(made)):  # which decides on last bits
+            run_experiment(scenario, directory, formats=formats, look=style)
         again = {each: digest(os.path.join(directory, each)) for each in outputs}
     for each in outputs:
         print(_line(each, again[each], outputs[each], digest(os.path.join(out, each))))
@@ -62,6 +65,14 @@ def reproduce(arguments):
         "\n".join("  changed: " + each for each in changed) or "  nothing that is known has changed"
     )
     return OTHER
+
+
+def _compiled(made):
+    """Return ``MRS_SIMULATOR_COMPILED`` as the run was ``made``; today's, where that is not known."""
+    wanted = made.get("compiled", os.environ.get(compiling.VARIABLE))
+    if not isinstance(wanted, (str, type(None))):
+        raise ValueError("{}: compiled: {!r}, wanted a text".format(PROVENANCE_FILE, wanted))
+    return wanted
 
 
 def _line(name, again, made, now):

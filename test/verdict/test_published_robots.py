@@ -150,6 +150,14 @@ def test_who_was_slow_is_named_and_the_rest_is_judged(tmp_path):
     assert verdict["passed"], failed(verdict)
 
 
+def test_limits_that_go_on_in_the_judged_rest_are_named(tmp_path):
+    verdict = verdict_of(shipped("crazyflies_cube", duration=8.0), tmp_path)
+    left_out = check(verdict, "worst displacement error")["note"]
+    note = check(verdict, "largest distance from the exact solution")["note"]
+    assert "until 8.0 s" in left_out and "until 7.7 s" in note
+    assert float(note.split("; limits cut ")[1].split(" m at most")[0]) <= 0.001, note
+
+
 def test_a_robot_too_slow_for_its_leader_is_not_judged(tmp_path):
     given = of_kinds("leader_follower", "pioneer3dx", "robotino3", "turtlebot3_burger", duration=30)
     verdict = verdict_of(given, tmp_path)

@@ -381,6 +381,7 @@ def _late(control, run, limited, theory, little=LITTLE):
     why = "from {:.1f} s on, after {}".format(rest.time[0], after)
     theory, again = theory._replace(limited="", late=None), None
     if little and cut is not None and limited[begin:].any():
+        why += "; limits cut {:.2g} m at most off a path later".format((cut[-1] - cut[begin]).max())
         made = functools.partial(_late, control, run, limited, whole, 0.0)
         again = functools.lru_cache(maxsize=1)(made)
     return Late(why, rest, {claim.name: claim for claim in claims}, theory, again)

@@ -61,10 +61,13 @@ UNFREE = (
 LED = (
     "theory leads their points there; wanted fidelity: point_mass, or places that are farther apart"
 )
-COST = "held commands and limits cost {:.3g} of the tolerance"
+COST = "held commands and limits cost {:.3g}, which the tolerance takes in"
 SLIP = "robots that slip as recorded are {:.3g} off under the published law"
 OTHERWISE = "under the published law robots that slip so have {:.4g}"
-GRIP = "wheels that speed up no faster than their friction lets them cost {:.3g} of the tolerance"
+GRIP = (
+    "wheels that speed up no faster than their friction lets them cost {:.3g}, which the "
+    "tolerance takes in"
+)
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
 )

@@ -26,6 +26,7 @@ from mrs_simulator.scenario.team.estimates import Estimates
 from mrs_simulator.scenario.team.mismatch import Mismatch
 from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
 from mrs_simulator.study.run.compile_ahead import compile_ahead
+from mrs_simulator.study.run.compile_ahead import main as compile_main
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.world.contact import bodies
 from mrs_simulator.world.incidents.faults import Faults
@@ -296,6 +297,24 @@ def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
 def test_what_ships_is_compiled_ahead(compiled):
     compiled()
     assert compile_ahead(["paper", "reynolds", "paper_dynamic"]) == ["paper"]
+
+
+def test_the_command_prints_for_what_it_compiled(compiled, capsys):
+    compiled()
+    compile_main(["paper", "reynolds"])
+    assert capsys.readouterr().out == "compiled: paper\n"
+
+
+@pytest.mark.parametrize(
+    "spec, environment, said",
+    [(None, "1", "numba is not installed, wanted"), (True, "0", "COMPILED=0: nothing is compiled")],
+)
+def test_the_command_says_why_it_compiles_nothing(spec, environment, said, monkeypatch, capsys):
+    monkeypatch.setattr("mrs_simulator.study.run.compile_ahead.find_spec", lambda name: spec)
+    monkeypatch.setenv(compiling.VARIABLE, environment)
+    with pytest.raises(SystemExit) as ended:
+        compile_main(["paper"])
+    assert ended.value.code == 2 and said in capsys.readouterr().err
 
 
 def test_long_runs_are_compiled_by_themselves(monkeypatch, capsys):

@@ -1,18 +1,24 @@
 """Compiles what moves the robots of shipped scenarios, so that the first long run need not wait for it.
 
-    python3 -m mrs_simulator.study.run.compile_ahead [SCENARIO ...]
-
-What is compiled is kept where ``core.compiling.jit`` says.  Without numba nothing is done.
+What is compiled is kept where ``core.compiling.jit`` says.
 """
 
 import argparse
 import os
+import sys
 from importlib.util import find_spec
 
-from mrs_simulator.core.compiling import is_chosen, is_wanted
+from mrs_simulator.core.compiling import VARIABLE, is_chosen, is_wanted
+from mrs_simulator.core.doc_links import with_page
+from mrs_simulator.core.program import program
+from mrs_simulator.core.writing import printing
+from mrs_simulator.protocols.loading import ProtocolError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
 from mrs_simulator.study.run.experiment import Experiment
+
+BAD_INPUT = 2  # exit code
 
 
 def compile_ahead(names):
@@ -28,15 +34,30 @@ def _compile(scenario):
         experiment.world.close()
 
 
+@printing
 def main(argv=None):
-    """Compile for the scenarios named, by default for all that ship, and print for which."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    """Compile for the scenarios named, by default for all that ship, and print for which.
+
+    Exits with 2 without numba, where the environment forbids compiling, and for bad scenarios.
+    """
+    parser = argparse.ArgumentParser(prog=program("compile"), description=__doc__.splitlines()[0])
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="by default all that ship")
     names = parser.parse_args(argv).scenarios
-    if find_spec("numba") is None or (is_chosen() and not is_wanted()):
-        return
     shipped = (each for each in os.listdir(shipped_scenarios()) if each.endswith(".yaml"))
-    print("compiled: " + ", ".join(compile_ahead(names or sorted(shipped))))
+    try:
+        _check_able()
+        done = compile_ahead(names or sorted(shipped))
+    except (ScenarioError, ProtocolError, ValueError, OSError) as error:
+        print("compile: {}".format(with_page(error)), file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    print("compiled: " + (", ".join(done) or "none of them can be"))
+
+
+def _check_able():
+    if find_spec("numba") is None:
+        raise ValueError("numba is not installed, wanted `pip install numba`")
+    if is_chosen() and not is_wanted():
+        raise ValueError("{}=0: nothing is compiled".format(VARIABLE))
 
 
 if __name__ == "__main__":

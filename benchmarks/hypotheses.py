@@ -6,10 +6,10 @@
 
 Each protocol's scenario runs on points without limits, from places drawn uniformly from a box: that of
 ``BOXES``, else that of the scenario's own places, half as large again; headings and seeds are drawn as
-well.  Laws of ``NEAR`` begin near the scenario's places: what they say holds from there.  A start at which
-a condition of the theorem does not hold is outside.  A claim that fails is a mistake: of a law, of the
-simulation, or of a claim that forgets what its theorem needs.  Prints starts, how many were inside with a
-claim judged, and what failed; exits with 1 where one did.
+well.  Laws of ``NEAR``, by sensors, move robots as the scenario has them, from near its places: what they
+say holds from there.  A start at which a condition of the theorem does not hold is outside.  A claim that
+fails is a mistake: of a law, of the simulation, or of a claim that forgets what its theorem needs.  Prints
+starts, how many were inside with a claim judged, and what failed; exits with 1 where one did.
 """
 
 import argparse
@@ -63,8 +63,9 @@ def start(scenario, name, seed):
         )
     control = dict(scenario.control.to_plain(), saturation="none")
     poses = np.column_stack([places, headings]).tolist()
-    changes = {"fidelity": "point_mass", "limits": "none", "control": control, "poses": poses}
-    return scenario.changed(seed=seed, **changes)
+    points = {"fidelity": "point_mass", "limits": "none", "control": control}
+    # What sensors see turns with the robot, which a point does not.
+    return scenario.changed(seed=seed, poses=poses, **({} if name in NEAR else points))
 
 
 def _box(poses):

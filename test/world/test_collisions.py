@@ -67,13 +67,8 @@ def test_the_footprint_lies_behind_the_axle():
 
 
 def all_pairs(position, distance):
-    n = len(position)
-    return [
-        (i, j)
-        for i in range(n)
-        for j in range(i + 1, n)
-        if np.linalg.norm(position[i] - position[j]) < distance
-    ]
+    near = np.linalg.norm(position[:, None] - position, axis=2) < distance
+    return list(map(tuple, np.argwhere(np.triu(near, 1)).tolist()))
 
 
 @pytest.mark.parametrize("n", [1, 2, 40, 300, 700])

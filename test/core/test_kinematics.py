@@ -182,7 +182,7 @@ def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
         kinematic.approached_function()
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
     monkeypatch.setitem(sys.modules, "numba", None)
-    compiled.compiled_approached.cache_clear()
+    compiled.approach_twin.cache_clear()
     with pytest.raises(ValueError, match="numba is not installed"):
         kinematic.approached_function()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped
 
-from mrs_simulator import PioneerControl
+from mrs_simulator import PioneerControl, simulate
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.published.drives import Unicycles
 from mrs_simulator.record.recording import Run
@@ -44,6 +44,17 @@ def driven(wheels=lambda rims, now: rims, speed=0.3, turn=0.4):
     )
     run = Run(TIME, np.array([1, 2]), pose, hand, command, [], scenario, {"lockstep": True})
     return {"checks": [each._asdict() for each in obedience_checks(control, run)]}
+
+
+@pytest.mark.parametrize("name", ["lossy_consensus", "event_triggered_consensus"])
+def test_commands_that_jump_between_samples_are_not_held_against_robots(name):
+    limits = {"v_max": 1.5, "omega_max": 6.2832}
+    changes = {"fidelity": "kinematic", "limits": limits, "duration": 6.0}
+    for rate, fitted in ((10.0, False), (50.0, True)):
+        verdict = simulate(shipped(name, record_rate=rate, **changes)).verdict
+        found = {each["name"]: each["passed"] for each in verdict["checks"]}
+        assert any(name.startswith(GAIN) for name in found) is fitted
+        assert verdict["outcome"] != "failed", (rate, found)
 
 
 def test_robots_that_obey_pass():

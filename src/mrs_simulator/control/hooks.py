@@ -38,6 +38,7 @@ class LawHooks:
     MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on
     KEEPS_CONNECTED = False  # theory says that the graph of ``graph_at`` never falls apart
     TAKES_EDGES = True  # the law looks up ``self.topology`` at each command: edges may come and go
+    JUMPS = False  # commands jump from one to the next, by events or by chance, not only at a start
     IN_CURRENT = False  # the claims hold where a current carries robots, by ``self.carried``
     obstacles = ()  # ``scenario.surroundings.obstacles``
 

@@ -52,8 +52,8 @@ def obedience_checks(control, run):
     """Return a ``Check`` each of gain, dead time and bias: the worst, or that the run does not show it.
 
     Turn rates count as speeds at half of the body's width.  None of points, real robots, robots with
-    arms or uneven wheels, those that wind and waves push, of drives that are not stated, and where faults
-    of edges make commands jump between samples.
+    arms or uneven wheels, those that wind and waves push, of drives that are not stated, and where the law, or
+    faults of its edges, make commands jump between samples.
     """
     found = fits(control, run)
     return [] if found is None else [_check(which, found, run) for which in range(len(NAMES))]
@@ -149,8 +149,9 @@ def _can_be_fitted(control, run):
         len(run.time) < FEWEST + 1 or (run.time[-1] - run.time[0]) / control.period > MOST_COMMANDS
     )
     known = len(run.robots) == team.n and are_stated(team) and not team.has_arms
-    jumps = control.links.faults and scenario.record_period > 1.5 * control.period  # in between
-    return known and even and not (short or jumps or (pushed and scenario.fidelity == "dynamic"))
+    jumps = control.links.faults or getattr(control, "JUMPS", False)
+    unseen = jumps and scenario.record_period > 1.5 * control.period  # between two samples
+    return known and even and not (short or unseen or (pushed and scenario.fidelity == "dynamic"))
 
 
 def _channels(team):

@@ -48,6 +48,7 @@ class EventTriggeredConsensus(Remembering):
     """
 
     PARAMETERS = (GAIN, SIGMA)
+    JUMPS = True
 
     def published(self):
         """Return the law as published."""

@@ -74,6 +74,7 @@ class SwitchingConsensus(Solved):
 
     PARAMETERS = (GAIN, SETS, DWELL, LOSS, SYMMETRIC, SEED)
     TAKES_EDGES = False  # it switches and drops them by itself
+    JUMPS = True
 
     def published(self):
         """Return the law as published, with the losses of this seed."""

@@ -69,12 +69,34 @@ def carried_by(compile_):
 
 
 @functools.lru_cache(maxsize=None)
-def compiled_approached():
-    """Return the compiled twin of ``kinematics.ramped``; ``ValueError`` without numba."""
+def approach_twin():
+    """Return what :func:`approached` calls; ``ValueError`` without numba."""
     return approached_by(jit(cache=True))
 
 
 @functools.lru_cache(maxsize=None)
+def carry_twin():
+    """Return what :func:`carried` calls; ``ValueError`` without numba."""
+    return carried_by(jit(cache=True))
+
+
+def approached(velocity, target, reach):
+    """As ``kinematics.ramped``, compiled; known by name, so that a motion that keeps it can be copied."""
+    return approach_twin()(velocity, target, reach)
+
+
+def carried(pose, moved):
+    """As ``kinematics.moved_along_arcs_wrapped``, compiled, and known by name."""
+    return carry_twin()(pose, moved)
+
+
+def compiled_approached():
+    """Return the compiled twin of ``kinematics.ramped``; ``ValueError`` without numba."""
+    approach_twin()
+    return approached
+
+
 def compiled_carried():
     """Return the compiled twin of ``kinematics.moved_along_arcs_wrapped``; ``ValueError`` without numba."""
-    return carried_by(jit(cache=True))
+    carry_twin()
+    return carried

@@ -51,7 +51,7 @@ def test_commands_that_jump_between_samples_are_not_held_against_robots(name):
     limits = {"v_max": 1.5, "omega_max": 6.2832}
     changes = {"fidelity": "kinematic", "limits": limits, "duration": 6.0}
     for rate, fitted in ((10.0, False), (50.0, True)):
-        verdict = simulate(shipped(name, record_rate=rate, **changes)).verdict
+        verdict = simulate(shipped(name, rate=50.0, record_rate=rate, **changes)).verdict
         found = {each["name"]: each["passed"] for each in verdict["checks"]}
         assert any(name.startswith(GAIN) for name in found) is fitted
         assert verdict["outcome"] != "failed", (rate, found)

@@ -52,8 +52,8 @@ def obedience_checks(control, run):
     """Return a ``Check`` each of gain, dead time and bias: the worst, or that the run does not show it.
 
     Turn rates count as speeds at half of the body's width.  None of points, real robots, robots with
-    arms or uneven wheels, those that wind and waves push, of drives that are not stated, and where the law, or
-    faults of its edges, make commands jump between samples.
+    arms or uneven wheels, those that wind and waves push, of drives that are not stated, and where the
+    law, or faults of its edges, make commands jump between samples.
     """
     found = fits(control, run)
     return [] if found is None else [_check(which, found, run) for which in range(len(NAMES))]

@@ -154,6 +154,8 @@ def test_the_package_and_what_computes_are_in_the_key(tmp_path, monkeypatch):
     source.write_text("a = 1\n")
     monkeypatch.setattr(run_keys, "PACKAGE", str(tmp_path))
     known = [name()]
+    (tmp_path / "core" / "__pycache__").mkdir()
+    (tmp_path / "core" / "__pycache__" / "a.push-1.py311.nbi").write_text("kept by numba")
     assert known[0] == name()
     source.write_text("a = 2\n")
     known.append(name())

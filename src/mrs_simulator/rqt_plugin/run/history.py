@@ -23,6 +23,7 @@ class History:
 
     def __init__(self):
         self.before_clearing = lambda: None  # called before the samples are dropped
+        self.cleared = 0  # [-] times that :meth:`clear` was called
         self._filled, self._estimate_log = 0, EstimateLog()
         self.applied = ControllerRecord()  # by the controllers of this run
         self.recorded = (
@@ -37,6 +38,7 @@ class History:
 
     def clear(self):
         """Clear everything."""
+        self.cleared += 1
         if self._filled:
             self.before_clearing()
         # What was edited and what the stage published when the run began: later edits are of other runs.

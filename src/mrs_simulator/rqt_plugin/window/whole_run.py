@@ -20,6 +20,7 @@ class WholeRun:
         """``results``: the ``Results``; ``say``: shows a message."""
         self._study, self._history, self._results, self._say = study, history, results, say
         self._waits, self._since = "", 0.0  # for what, and since when, "" while no run is under way
+        self._cleared = 0  # times that the history had been cleared when a run was asked for
 
     def no_run(self):
         """Return why a run cannot begin now, or ""."""
@@ -41,6 +42,7 @@ class WholeRun:
         why = self.no_run()
         if why:
             return ErrorMessage("no run: " + why)
+        self._cleared = self._history.cleared
         connection = self._study.connection
         if not connection.is_fresh("stage"):
             said = self._study.do("simulate", speed)
@@ -85,6 +87,13 @@ class WholeRun:
 
     def _follow_run(self):
         connection, history = self._study.connection, self._history
+        if (
+            history.cleared == self._cleared
+        ):  # what is there, and its controller, is of a run before
+            if time.monotonic() - self._since > START_LIMIT:
+                self._say(ErrorMessage(LATE.format("run", START_LIMIT)))
+                self._waits = ""
+            return
         if not self._study.is_controlled():
             self._waits = ""  # stopped, or failed: messages say why
             return

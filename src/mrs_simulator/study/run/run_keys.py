@@ -27,6 +27,7 @@ OTHERS = (
     "scripts",
 )  # rooms that neither run nor judge
 COMPUTING = ("mrs_simulator", "numpy", "pybullet")  # of ``versions``: what numbers depend on
+CACHE = "__pycache__"
 INSTALLED = ("site-packages", "dist-packages")
 LENGTH = 10  # [-] hexadecimal digits
 
@@ -65,6 +66,7 @@ def _computing():
         os.path.join(directory, name)
         for room in sorted(set(os.listdir(PACKAGE)) - set(OTHERS))
         for directory, _, names in os.walk(os.path.join(PACKAGE, room))
+        if os.path.basename(directory) != CACHE  # what is compiled, by numba too
         for name in names
         if not name.endswith(".pyc")
     ]

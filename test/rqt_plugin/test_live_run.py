@@ -28,16 +28,18 @@ def study():
     widget.close_study()
 
 
+def sample(study, time):
+    """Return the state at ``time`` [s] of robots that go round in 20 s."""
+    n = study.scenario.n
+    place = [2.0 * np.cos(0.314 * time), 2.0 * np.sin(0.314 * time), 0.1]
+    pose = np.tile(place, (n, 1)) + np.outer(np.arange(n), [5.0, 0.0, 0.0])
+    command, fresh = np.full((n, 2), 0.1), np.ones(n, dtype=bool)
+    return snapshot_of(time, tuple(range(1, n + 1)), pose, np.full((n, 3), 0.1), command, fresh)
+
+
 def tick(study, times, obeyed=()):
     """Let robots be commanded at ``times`` [s], and controllers say what they obey."""
-    n = study.scenario.n
-    motion = np.full((2, n, 3), 0.1)
-    study.connection.take_samples.return_value = [
-        snapshot_of(
-            time, tuple(range(1, n + 1)), *motion, np.full((n, 2), 0.1), np.ones(n, dtype=bool)
-        )
-        for time in times
-    ]
+    study.connection.take_samples.return_value = [sample(study, time) for time in times]
     study.connection.take_applied.return_value = obeyed
     study._on_tick()
 
@@ -92,3 +94,27 @@ def test_a_slower_speed_is_advised_while_a_simulation_runs_and_no_law_hangs(stud
         monkeypatch.setattr(study.study.state, "hangs", lambda hangs=hangs: hangs)
         study.status_line._show_timing()
         assert ("choose a slower speed" in study.banners.text("timing")) == advised
+
+
+def test_trails_of_a_run_that_is_faster_than_the_pictures_lead_through_its_samples(study):
+    taken, shown = study.connection.take_samples, study.map.trails
+    study.connection.is_fresh.side_effect = lambda name: True
+    for begin in (0.0, 20.0, 0.0):  # two pictures of a run, and the first of another
+        times = np.arange(begin, begin + 10.05, 0.1)
+        taken.side_effect = [[sample(study, time) for time in times[:-1]], [], []]
+        study.connection.snapshot.return_value = sample(study, times[-1])
+        study.live.show_frame()
+        shown = study.map.trails
+        assert (shown.count >= 95).all() and (shown.count <= 101 * (1 + (begin > 0))).all()
+        apart = np.linalg.norm(np.diff(shown.path(0)[-95:], axis=0), axis=1)
+        assert apart.max() < 0.1
+
+
+def test_many_samples_between_two_pictures_are_thinned(study):
+    study.connection.is_fresh.side_effect = lambda name: True
+    study.connection.take_samples.side_effect = [
+        [sample(study, time) for time in np.arange(0.0, 100.0, 0.1)]
+    ]
+    study.connection.snapshot.return_value = sample(study, 100.0)
+    study.live.show_frame()
+    assert (study.map.trails.count == 101).all()

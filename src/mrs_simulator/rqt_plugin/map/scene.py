@@ -109,8 +109,12 @@ class MapScene(QWidget):
         self._follow()
         self.update()
 
-    def show_snapshot(self, snapshot):
-        """Show the newest poses of a run; one of another team or an earlier time begins anew."""
+    def show_snapshot(self, snapshot, passed=None):
+        """Show the newest poses of a run; one of another team or an earlier time begins anew.
+
+        ``passed``: the ``StateTable`` of what the team was at several times since the last snapshot,
+        where that is long ago; trails lead through it.
+        """
         numbers = tuple(int(number) for number in snapshot.robots)
         poses = np.array(snapshot.pose, dtype=float).reshape(-1, 3)
         changed = numbers != self.team.numbers
@@ -123,6 +127,9 @@ class MapScene(QWidget):
         self.team.show(snapshot.replace(robots=numbers, pose=poses))
         if len(self.team.real) < len(numbers):  # real robots alone have another time
             self._move_obstacles(scene_time(snapshot.time))
+        if passed is not None and passed.robots == numbers:
+            for places, heights in zip(passed.pose[:, :, :2], passed.heights):
+                self.trails.add(places, heights)
         self.trails.add(poses[:, :2], self.team.state.heights)
         if changed:
             self.fit(whole=True)

@@ -13,6 +13,8 @@ from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.law_answers import Prediction
 
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
+JUMP = 0.3  # [s] of a run between two pictures from which on trails lead through its samples
+MOST_PASSED = 100  # [-] of these samples
 
 
 class LiveRun:
@@ -45,14 +47,27 @@ class LiveRun:
         # Robots moved by the user differ from the stage's until it has applied their poses.
         settled = self._team.is_settled()
         if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
+            passed = self._passed(snapshot.time)
             self._last_frame = now, snapshot
-            self._panels.map.show_snapshot(snapshot)
+            self._panels.map.show_snapshot(snapshot, passed)
         for collision in self._connection.take_collisions():
             self._history.collisions.append(collision)
             self._panels.map.flash_collision(collision.x, collision.y)
         for incident in self._connection.take_incidents():
             self._history.incidents.append(incident)
             self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
+
+    def _passed(self, until):
+        """Return the samples between the last picture and ``until`` [s], thinned; None in slow runs."""
+        shown = self._last_frame[1]
+        since = -math.inf if shown is None or until < shown.time else shown.time
+        if until - since < JUMP:
+            return None
+        self.take_samples()
+        time = self._history.time
+        first, last = np.searchsorted(time, since, side="right"), np.searchsorted(time, until)
+        rows = slice(first, last, max(1, math.ceil((last - first) / MOST_PASSED)))
+        return self._history.kept(rows).state if last > first else None
 
     def take_samples(self):
         """Add the newest samples to the history; a new run begins it anew."""

@@ -6,10 +6,11 @@
 
 Each protocol's scenario runs on points without limits, from places drawn uniformly from a box: that of
 ``BOXES``, else that of the scenario's own places, half as large again; headings and seeds are drawn as
-well.  Laws of ``NEAR``, by sensors, move robots as the scenario has them, from near its places: what they
-say holds from there.  A start at which a condition of the theorem does not hold is outside.  A claim that
-fails is a mistake: of a law, of the simulation, or of a claim that forgets what its theorem needs.  Prints
-starts, how many were inside with a claim judged, and what failed; exits with 1 where one did.
+well.  Laws of ``NEAR``, most of them by sensors, move robots as the scenario has them, from near its
+places: what they say holds from there.  A start at which a condition of the theorem does not hold is
+outside.  A claim that fails is a mistake: of a law, of the simulation, or of a claim that forgets what its
+theorem needs.  Prints starts, how many were inside with a claim judged, and what failed; exits with 1
+where one did.
 """
 
 import argparse
@@ -29,15 +30,19 @@ GROWN = 1.5  # [-] times the size of the box of a scenario's own places
 LEAST = 2.0  # [m] sides of a box
 APART = 0.3  # [m] between two points, at least
 # Boxes (x_min, y_min, x_max, y_max) [m] of theorems that hold from some places alone, by protocol.
-BOXES = {}
+BOXES = {"rendezvous": [-1.3, -1.3, 1.3, 1.3], "limited_visibility": [-3.0, -3.0, 3.0, 3.0]}
+# The first so many robots stay where the scenario has them: leaders that have to fit the shape.
+KEPT = {"bearing_leaders": 2}
 # How far places [m] and headings [rad] may be from the scenario's: of laws by sensors, which have to sense
-# the wall, or the robot before them, from the start.
+# the wall, or the robot before them, from the start, and of one that turns robots, which points do not.
 NEAR = {
     "exploration": (0.2, 3.0),
+    "leader_follower": (0.5, 0.5),
     "sensed_following": (0.05, 0.05),
     "wall_following": (0.05, 0.05),
 }
 OUTSIDE = "does not hold"  # the measured value of a condition
+RUN_ENDED = "two samples"  # the condition that a run fails which ends at once
 
 
 def names(wanted):
@@ -50,12 +55,14 @@ def names(wanted):
 def start(scenario, name, seed):
     """Return ``scenario`` of points, from places and with a seed drawn by ``seed``."""
     box, random = np.array(BOXES.get(name) or _box(scenario.poses)), np.random.default_rng(seed)
-    places = []
+    kept = scenario.poses[: KEPT.get(name, 0)]
+    places = list(kept[:, :2])
     while len(places) < scenario.n:
         place = random.uniform(box[:2], box[2:])
         if all(np.hypot(*(place - each)) >= APART for each in places):
             places.append(place)
     headings = random.uniform(-np.pi, np.pi, scenario.n)
+    headings[: len(kept)] = kept[:, 2]
     if name in NEAR:
         spread = np.array([NEAR[name][0]] * 2 + [NEAR[name][1]])
         places, headings = np.split(
@@ -94,6 +101,8 @@ def _judged(name, seed):
     verdict = simulate(start(load_scenario(path), name, seed)).verdict
     checks = verdict["checks"]
     outside = [each["name"] for each in checks if each["measured"] == OUTSIDE]
+    if RUN_ENDED in outside:
+        raise RuntimeError("the run ended at once: {}".format(verdict["outcome"]))
     failed = {each["name"]: each["note"] for each in checks if each["passed"] is False}
     judged = sum(each["passed"] is not None for each in checks)
     if outside:

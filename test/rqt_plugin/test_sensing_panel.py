@@ -28,7 +28,6 @@ from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading, mounts_of, spare_mounts_of
 from mrs_simulator.rqt_plugin.sensing.robot_status import parts_of, status_rows
-from mrs_simulator.rqt_plugin.sensing.texts import reading_text
 from mrs_simulator.scenario.incidents import Incident
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.types.battery import BatteryReading
@@ -119,17 +118,7 @@ def shade(study, x, y):
     ],
 )
 def test_a_reading_in_words(reading, text):
-    assert reading_text(reading) == text
-
-
-def test_a_type_of_sensor_without_a_text_of_its_own_is_shown_field_by_field():
-    class Strange(CompassReading):
-        __slots__ = ()
-
-    plain = SimpleNamespace(_fields=("stamp", "charge"))
-    assert reading_text(Strange(0.0, 0.0)) == "heading 0.0\u00b0"
-    reading = type("Battery", (tuple,), {"_fields": plain._fields})((0.0, 0.75))
-    assert reading_text(reading) == "charge 0.75"
+    assert reading.text() == text
 
 
 # What is listened to

@@ -73,9 +73,7 @@ def _of_robot(kind, changes, number):
     for name, content in contents.items():
         if name not in off:
             mounts.append(read_mount(name, content, where[name]))
-            check = getattr(TYPES[mounts[-1].type], "check", None)
-            if check is not None:
-                check(kind, where[name])
+            TYPES[mounts[-1].type].check(kind, where[name])
     return tuple(mounts)
 
 
@@ -138,7 +136,7 @@ def _of_model(section, sensor, content, where):
     if not section.has("model"):
         section.take("model")
         return section
-    known = getattr(sensor, "MODELS", {})
+    known = sensor.MODELS
     name = section.text("model")
     if name not in known:
         raise ScenarioError(unknown_name(section.at("model"), name, known))
@@ -158,7 +156,7 @@ def _read_place(section):
 
 def _read_noise(section, sensor):
     """Return the ``Noise`` of each quantity, over that of the sensor's type."""
-    given, usual = section.section("noise"), getattr(sensor, "NOISE", {})
+    given, usual = section.section("noise"), sensor.NOISE
     if "" in sensor.QUANTITIES:  # of one quantity
         return (("", read_noise(given, sensor.QUANTITIES[""], usual.get("", Noise()))),)
     noise = tuple(

@@ -157,19 +157,16 @@ class _SensorGroup:
         self.sensor = TYPES[mount.type](mount, rows, team)
         self.steps = steps_between(mount.rate, step)
         self.is_active = False
-        self.always_read = getattr(self.sensor, "ALWAYS_READ", False)
-        self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
-        grows = getattr(self.sensor, "SEES_ROBOTS", False)
-        streams = Streams(seed, (rows + 1).tolist(), mount.name, grows)
+        self.always_read = self.sensor.ALWAYS_READ
+        self.looks_back = self.sensor.LOOKS_BACK
+        streams = Streams(seed, (rows + 1).tolist(), mount.name, self.sensor.SEES_ROBOTS)
         self._draws = Draws(dict(mount.noise), streams, self.steps * step)
         self.begin()
 
     def begin(self):
         self._pending = deque()
         self.newest = self._known = self.before = self._taken = None
-        begin = getattr(self.sensor, "begin", None)
-        if begin is not None:
-            begin()
+        self.sensor.begin()
 
     def take(self, elapsed, state, environment):
         """Read the sample at ``elapsed`` steps, once."""

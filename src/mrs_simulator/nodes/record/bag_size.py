@@ -22,17 +22,6 @@ USUAL_ODOMETRY = 50.0  # [Hz], or the rate of commands where that is higher
 STAMP = genpy.Time(1, 1)
 MEGABYTE = 1e6  # [bytes]
 MOST_NAMED = 4  # [-] kinds of topics
-# Of types of sensors whose messages have one length: what the message of one robot is made of.
-BLANK = {
-    "altimeter": lambda form: (0.0,),
-    "battery": lambda form: (0.0, 0.0),
-    "camera": lambda form: _black(form.mount.settings),
-    "compass": lambda form: (0.0,),
-    "encoders": lambda form: (np.zeros(form.kind.module.ENCODERS),),
-    "gps": lambda form: (0.0, 0.0, 0.0),
-    "imu": lambda form: ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-    "motion_capture": lambda form: (0.0, 0.0, 0.0),
-}
 
 
 class Written(NamedTuple):
@@ -96,15 +85,11 @@ def _of_sensors(scenario, world, forms, frames):
 def _message(form, reading, header):
     """Return a message as long as those of ``form``; without a reading its values are 0."""
     if reading is None:
-        return form.message(BLANK[form.mount.type](form), header)
+        return form.message(form.blank(), header)
     if hasattr(reading, "numbers"):
-        return form.message(reading[1:4], header)
+        fields = ("numbers", *reading.PER_ROBOT)
+        return form.message([getattr(reading, field) for field in fields], header)
     return form.message(form.rows(of_one(reading))[0], header)
-
-
-def _black(numbers):
-    size = numbers.height, numbers.width
-    return np.zeros((*size, 3), dtype=np.uint8), np.zeros(size)
 
 
 def of_one(reading):

@@ -8,69 +8,24 @@ from there.  Distances and directions are float32 in most messages; all else is 
 import genpy
 import rospy
 
-from mrs_simulator.ros.message_forms.sensor_forms.body import (
-    Bumpers,
-    Charge,
-    Inertia,
-    Recharging,
-    StateOfCharge,
-    Voltage,
-    Wheels,
-)
-from mrs_simulator.ros.message_forms.sensor_forms.camera import (
-    Colours,
-    DepthPinhole,
-    Depths,
-    Pinhole,
-    RawDepths,
-)
-from mrs_simulator.ros.message_forms.sensor_forms.drivers import Distances, P2osVoltage
-from mrs_simulator.ros.message_forms.sensor_forms.others import BeaconsHeard, Seen
-from mrs_simulator.ros.message_forms.sensor_forms.place import (
-    Fix,
-    Heading,
-    Height,
-    Tracked,
-    TrackedSurely,
-)
-from mrs_simulator.ros.message_forms.sensor_forms.ranging import (
-    Scan,
-    SonarCloud,
-    SonarCloud2,
-    SonarRange,
-)
+from mrs_simulator.core.discovery import classes_in
+from mrs_simulator.ros.message_forms import sensor_forms
+from mrs_simulator.ros.message_forms.sensor_forms.form import Form
 
-# Of each type of sensor; the first is listened to, with those that ``FILLS`` what it leaves out.
-FORMS = {
-    "altimeter": (Height,),
-    "battery": (Charge, Voltage, StateOfCharge),
-    "beacons": (BeaconsHeard,),
-    "bumper": (Bumpers,),
-    "camera": (Colours, Depths, RawDepths, Pinhole, DepthPinhole),
-    "compass": (Heading,),
-    "encoders": (Wheels,),
-    "gps": (Fix,),
-    "imu": (Inertia,),
-    "laser": (Scan,),
-    "motion_capture": (Tracked, TrackedSurely),
-    "range_bearing": (Seen,),
-    "sonar": (SonarCloud, SonarCloud2),
-}
-# As drivers of real robots may publish it instead: RosAria and p2os_driver.
-OTHERS = {
-    "battery": (Voltage, StateOfCharge, Recharging, P2osVoltage),
-    "sonar": (Distances,),
-}
+# Those that the folder ``sensor_forms`` defines.
+FORMS = [form for form in classes_in(sensor_forms.__name__, Form) if form.MESSAGE is not None]
 
 
 def forms_of(mount, kind):
-    """Return the forms of the ``mount`` on a robot of ``kind``."""
-    kinds = FORMS[mount.type]
-    if mount.type == "camera" and not mount.settings.has_depth:
-        kinds = tuple(form for form in kinds if not form.SUFFIX.startswith(Depths.SUFFIX))
-    if mount.type == "sonar" and len(mount.settings.transducers) == 1:
-        kinds = (*kinds, SonarRange)
-    return [form(mount, kind) for form in kinds]
+    """Return the forms of the ``mount`` on a robot of ``kind``.
+
+    The first is listened to, with those that ``FILLS`` what it leaves out.
+    """
+    return [form(mount, kind) for form in _of_type(mount) if form.PUBLISHED]
+
+
+def _of_type(mount):
+    return [form for form in FORMS if mount.type == form.TYPE and form.fits(mount.settings)]
 
 
 def parts_of(mount, kind):
@@ -80,8 +35,11 @@ def parts_of(mount, kind):
 
 
 def others_of(mount, kind):
-    """Return the forms in which real robots may publish the ``mount`` instead of those of ``parts_of``."""
-    return [form(mount, kind) for form in OTHERS.get(mount.type, ())]
+    """Return the forms in which real robots may publish the ``mount`` instead of those of ``parts_of``.
+
+    RosAria and p2os_driver do.
+    """
+    return [form(mount, kind) for form in _of_type(mount) if form.BY_DRIVERS]
 
 
 def stamp_of(message):

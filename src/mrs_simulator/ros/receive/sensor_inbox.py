@@ -236,7 +236,7 @@ class _Inlet:
         self._apart = 0.5 * period if is_real else CLOSE  # [s] that parts of a reading may be
         self.newest, self.count, self._received = None, 0, -math.inf
         self._is_late = self._is_put_off = False  # of the next sample, in lockstep
-        looks_back = getattr(TYPES[mount.type], "LOOKS_BACK", False)
+        looks_back = TYPES[mount.type].LOOKS_BACK
         self._first = mount.latency + (period if looks_back else 0.0)  # [s] since it is listened to
 
     def completed(self, part, stamp, reading):

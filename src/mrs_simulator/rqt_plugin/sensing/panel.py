@@ -5,11 +5,11 @@ import math
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 from mrs_simulator.rqt_plugin.sensing.picture import Picture
-from mrs_simulator.rqt_plugin.sensing.texts import number, reading_text
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+from mrs_simulator.sensors.number_texts import number
 from mrs_simulator.sensors.types.camera import CameraReading
 
 HEADERS = (
@@ -152,7 +152,7 @@ def _cells(mount, received):
         "" if math.isnan(received.rate) else number(received.rate, int(received.rate < 9.95), " ")
     )
     rate += "of {:g} Hz".format(mount.rate)
-    return name, reading_text(received.reading), rate, number(received.age, 2, " s"), state
+    return name, received.reading.text(), rate, number(received.age, 2, " s"), state
 
 
 def _tip(mount, received, cells):

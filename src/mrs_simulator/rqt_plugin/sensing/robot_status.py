@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.sensing.texts import degrees, number
+from mrs_simulator.sensors.number_texts import degrees, number
 from mrs_simulator.state.columns import Z
 
 

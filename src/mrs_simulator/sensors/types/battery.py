@@ -1,10 +1,13 @@
 """Batteries, which drain with use."""
 
+import math
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.sensors.number_texts import number
+from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 
 MOST = 1e9  # [J]
@@ -31,14 +34,24 @@ class BatteryReading(NamedTuple):
 
     PER_ROBOT = ("voltage", "charge")
 
+    def text(self):
+        """Return the values with their units."""
+        parts = [number(self.voltage, 2, " V")]
+        if not math.isnan(self.charge):
+            parts.append(number(100.0 * self.charge, 0, " %") + " charged")
+        if self.charging is not None:
+            parts.append("on the charger" if self.charging else "not on the charger")
+        return ", ".join(parts)
 
-class Battery:
+
+class Battery(Sensor):
     """A charge that falls by ``idle + drive |v| + turn |omega|`` [W] over the capacity, down to 0.
 
     Speeds are those at the samples.  The voltage is on a straight line between empty and full, and noisy;
     the charge is not.  An empty battery stops no robot.
     """
 
+    TYPE = "battery"
     QUANTITIES = {"": "V"}
     RATE = 1.0
     ALWAYS_READ = True  # it drains whether or not it is active
@@ -63,9 +76,14 @@ class Battery:
             (low, high),
         )
 
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"voltage": 1, "charge": 1}
+
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._settings, self._rows = mount.settings, rows
+        super().__init__(mount, rows, team)
         self.begin()
 
     def begin(self):

@@ -7,8 +7,10 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.sensors.number_texts import listed_text
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 
 TOUCH = (
@@ -45,15 +47,21 @@ class BeaconReading(NamedTuple):
             self.stamp, self.numbers[here], self.ranges[k, here], self.bearings[k, here]
         )
 
+    def text(self):
+        """Return those that are received, with their units."""
+        return listed_text("beacon", self)
 
-class Beacons:
+
+class Beacons(Sensor):
     """Beacons whose numbers are known, as far as nothing stands before them at the sensor's height.
 
     ``dropout`` of a range loses the beacon for that sample, of a bearing the bearing alone.
     """
 
+    TYPE = "beacons"
     QUANTITIES = {"range": "m", "bearing": "rad"}
-    RATE = 10.0
+    LISTS = "beacon"
+    VARIES = True
 
     @staticmethod
     def settings(section):
@@ -66,9 +74,19 @@ class Beacons:
             section.flag("occlusion", True),
         )
 
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"range": 1, "bearing": 1}
+
+    @staticmethod
+    def most(settings, n):
+        """Return how many beacons there are."""
+        return len(settings.points)
+
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._settings, self._rows = mount.settings, rows
+        super().__init__(mount, rows, team)
         self._points = np.array(mount.settings.points)
         self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]
         self._names = np.arange(1, len(self._points) + 1)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.sensors.types.sensor import Sensor
 
 MOST = 32  # [-] sections ahead, and behind
 
@@ -26,16 +27,25 @@ class BumperReading(NamedTuple):
 
     PER_ROBOT = ("front", "rear")
 
+    def text(self):
+        """Return the numbers of the sections that are pressed."""
+        parts = [
+            "{} {}".format(side, ", ".join(str(k + 1) for k in np.flatnonzero(sections)))
+            for side, sections in (("front", self.front), ("rear", self.rear))
+            if np.any(sections)
+        ]
+        return "pressed: " + "; ".join(parts) if parts else "nothing is touched"
 
-class Bumper:
+
+class Bumper(Sensor):
     """A section is pressed where a contact of the last step is seen from the middle of the outline.
 
     The front sections share the directions from 90 deg on the left to 90 deg on the right equally, the rear
     ones those behind.
     """
 
-    QUANTITIES = {}
-    RATE = 10.0
+    TYPE = "bumper"
+    VARIES = True
 
     @staticmethod
     def settings(section):
@@ -44,9 +54,14 @@ class Bumper:
             *(section.whole(key, 5, low=0, high=MOST) for key in ("front", "rear"))
         )
 
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers of sections by name."""
+        return settings._asdict()
+
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._settings, self._rows = mount.settings, rows
+        super().__init__(mount, rows, team)
         self._k = {"robot{}".format(row + 1): k for k, row in enumerate(rows.tolist())}
         bodies = [team.kinds[row].body for row in rows]
         self._ahead = np.array([0.5 * (body.front - body.rear) for body in bodies])

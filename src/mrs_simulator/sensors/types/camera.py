@@ -8,6 +8,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.sensors.types.ranging import read_range
+from mrs_simulator.sensors.types.sensor import Sensor
 
 MOST = 2048  # [-] pixels of a side
 
@@ -42,13 +43,19 @@ class CameraReading(NamedTuple):
 
     PER_ROBOT = ("image", "depth")
 
+    def text(self):
+        """Return the size of the picture."""
+        height, width = self.image.shape[:2]
+        return "picture of {} \u00d7 {} pixels".format(width, height)
 
-class Camera:
+
+class Camera(Sensor):
     """Pictures of the scene, rendered when they are due and the camera is active.
 
     The camera stands level, ``down`` apart, also on a robot that tilts; it sees its own robot's body.
     """
 
+    TYPE = "camera"
     QUANTITIES = {"depth": "m"}
     RATE = 5.0
 
@@ -68,9 +75,15 @@ class Camera:
             section.flag("depth", True),
         )
 
+    @staticmethod
+    def columns(settings, kind):
+        """Return none: pictures are in bags alone."""
+        return {}
+
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._settings, self._rows, self._place = mount.settings, rows, mount.place
+        super().__init__(mount, rows, team)
+        self._place = mount.place
 
     def read(self, state, environment, rng):
         """Return the ``CameraReading`` of all robots in ``rows``."""

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.sensors.types.plain import Plain
+from mrs_simulator.sensors.number_texts import number
+from mrs_simulator.sensors.types.sensor import Sensor
 
 
 class EncoderReading(NamedTuple):
@@ -16,10 +17,15 @@ class EncoderReading(NamedTuple):
 
     PER_ROBOT = ("travel",)
 
+    def text(self):
+        """Return the distances with their unit."""
+        return ", ".join(number(value, 3, " m") for value in self.travel)
 
-class Encoders(Plain):
+
+class Encoders(Sensor):
     """The distance that each wheel's rim has rolled; ``quantum`` is that of one count."""
 
+    TYPE = "encoders"
     QUANTITIES = {"": "m"}
     RATE = 50.0
 
@@ -28,6 +34,11 @@ class Encoders(Plain):
         """Raise ``ScenarioError`` where robots of ``kind`` have no wheels."""
         if kind.module.ENCODERS == 0:
             raise ScenarioError("{}: encoders, but a {} has no wheels".format(where, kind.title))
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the number of wheels."""
+        return {"travel": kind.module.ENCODERS}
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots of one drive with this ``mount``."""

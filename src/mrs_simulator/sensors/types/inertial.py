@@ -6,7 +6,8 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spatial import turned_about_z
-from mrs_simulator.sensors.types.plain import Plain
+from mrs_simulator.sensors.number_texts import degrees, number
+from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.state.columns import ORIENTATION, OUT_OF_PLANE
 
 GRAVITY = 9.80665  # [m/s^2] standard
@@ -21,16 +22,27 @@ class ImuReading(NamedTuple):
 
     PER_ROBOT = ("acceleration", "rate")
 
+    def text(self):
+        """Return the values with their units."""
+        force, rate = ("({})".format(", ".join(number(v, 2) for v in each)) for each in self[1:3])
+        return "a = {} m/s\u00b2, \u03c9 = {} rad/s".format(force, rate)
 
-class Imu(Plain):
+
+class Imu(Sensor):
     """Specific force ``dv/dt + omega x v - g`` in the body's axes, over the last step, and turn rates.
 
     The sensor is taken to be at the robot's centre, and its axes to be the robot's.
     """
 
+    TYPE = "imu"
     QUANTITIES = {"acceleration": "m/s^2", "rate": "rad/s"}
     RATE = 50.0
     LOOKS_BACK = True  # its reading needs the state one step before
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"acceleration": 3, "rate": 3}
 
     def read(self, state, environment, rng, before):
         """Return the ``ImuReading`` of all robots in ``rows``; ``before``: the state one step earlier."""
@@ -70,12 +82,21 @@ class CompassReading(NamedTuple):
 
     PER_ROBOT = ("heading",)
 
+    def text(self):
+        """Return the heading with its unit."""
+        return "heading {}".format(degrees(self.heading))
 
-class Compass(Plain):
+
+class Compass(Sensor):
     """The heading in the common frame."""
 
+    TYPE = "compass"
     QUANTITIES = {"": "rad"}
-    RATE = 10.0
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"heading": 1}
 
     def read(self, state, environment, rng):
         """Return the ``CompassReading`` of all robots in ``rows``."""
@@ -90,12 +111,21 @@ class AltimeterReading(NamedTuple):
 
     PER_ROBOT = ("height",)
 
+    def text(self):
+        """Return the height with its unit."""
+        return "z = {}".format(number(self.height, 3, " m"))
 
-class Altimeter(Plain):
+
+class Altimeter(Sensor):
     """The height above the ground."""
 
+    TYPE = "altimeter"
     QUANTITIES = {"": "m"}
-    RATE = 10.0
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"height": 1}
 
     def read(self, state, environment, rng):
         """Return the ``AltimeterReading`` of all robots in ``rows``."""

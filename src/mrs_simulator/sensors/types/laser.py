@@ -25,6 +25,7 @@ class LaserSettings(NamedTuple):
 class Laser(Ranging):
     """Rays from one place, from the right to the left; a scan is taken at one time."""
 
+    TYPE = "laser"
     # Bounds of a uniform error as a standard deviation, a / sqrt(3); of the scanner itself where known.
     MODELS = {
         "lms200": {  # as MobileSim has it: 32 m, 5 mm uniform
@@ -59,6 +60,11 @@ class Laser(Ranging):
         if rays > 1 and last <= first:
             raise ScenarioError("{}: the last is not beyond the first".format(section.at("angles")))
         return LaserSettings(rays, first, last, least, most)
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the number of rays."""
+        return {"range": settings.rays}
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""

@@ -7,8 +7,10 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.scenario.reading import ScenarioError, number, shown
+from mrs_simulator.sensors.number_texts import DEGREE, degrees
+from mrs_simulator.sensors.number_texts import number as number_text
 from mrs_simulator.sensors.types.placing import carried
-from mrs_simulator.sensors.types.plain import Plain
+from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 
 # The ellipsoid of WGS 84.
@@ -27,12 +29,23 @@ class PoseReading(NamedTuple):
 
     PER_ROBOT = ("x", "y", "theta")
 
+    def text(self):
+        """Return the values with their units."""
+        x, y = (number_text(value, 3, " m") for value in self[1:3])
+        return "x = {}, y = {}, \u03b8 = {}".format(x, y, degrees(self.theta))
 
-class MotionCapture(Plain):
+
+class MotionCapture(Sensor):
     """The pose in the common frame, as cameras in the room measure it."""
 
+    TYPE = "motion_capture"
     QUANTITIES = {"position": "m", "heading": "rad"}
     RATE = 100.0
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"x": 1, "y": 1, "theta": 1}
 
     def read(self, state, environment, rng):
         """Return the ``PoseReading`` of all robots in ``rows``."""
@@ -57,13 +70,21 @@ class GpsReading(NamedTuple):
 
     PER_ROBOT = ("latitude", "longitude", "altitude")
 
+    def text(self):
+        """Return the values with their units."""
+        if not all(map(math.isfinite, self[1:4])):
+            return "no fix"
+        latitude, longitude = (number_text(value, 6, DEGREE) for value in self[1:3])
+        return "{}, {}, {}".format(latitude, longitude, number_text(self.altitude, 2, " m"))
 
-class Gps:
+
+class Gps(Sensor):
     """The antenna's place; x of the common frame points east, y north.
 
     Degrees are by the ellipsoid's radii of curvature at the origin: for scenes of a few kilometres.
     """
 
+    TYPE = "gps"
     QUANTITIES = {"": "m"}
     RATE = 5.0
 
@@ -90,9 +111,15 @@ class Gps:
             )
         )
 
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"latitude": 1, "longitude": 1, "altitude": 1}
+
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._rows, self._place, self._height = rows, np.array([mount.place[:2]]), mount.place[2]
+        super().__init__(mount, rows, team)
+        self._place, self._height = np.array([mount.place[:2]]), mount.place[2]
         self._origin = mount.settings.origin
 
     def read(self, state, environment, rng):

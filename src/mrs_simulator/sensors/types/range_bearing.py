@@ -6,8 +6,10 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
+from mrs_simulator.sensors.number_texts import listed_text
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.sensors.types.sensor import Sensor
 
 TOUCH = 1e-9  # [m] by which a body before the other robot must be nearer to hide it
 
@@ -37,6 +39,10 @@ class RangeBearingReading(NamedTuple):
         ranges, bearings = self.ranges[k, seen], self.bearings[k, seen]
         return RangeBearingReading(self.stamp, self.numbers[seen], ranges, bearings, self.place)
 
+    def text(self):
+        """Return those that are seen, with their units."""
+        return listed_text("robot", self)
+
     @property
     def points(self):
         """Return their positions in the robot's frame, (K, 2) [m]."""
@@ -44,15 +50,17 @@ class RangeBearingReading(NamedTuple):
         return np.array(self.place) + self.ranges[..., np.newaxis] * way
 
 
-class RangeBearing:
+class RangeBearing(Sensor):
     """Others are seen by their centres, whose numbers are known, as far as nothing stands before them.
 
     ``dropout`` of a range or a bearing loses the other robot for that sample.
     """
 
+    TYPE = "range_bearing"
     QUANTITIES = {"range": "m", "bearing": "rad"}
-    RATE = 10.0
     SEES_ROBOTS = True
+    LISTS = "seen"
+    VARIES = True
 
     @staticmethod
     def settings(section):
@@ -63,9 +71,19 @@ class RangeBearing:
             section.flag("occlusion", True),
         )
 
+    @staticmethod
+    def columns(settings, kind):
+        """Return the numbers by name."""
+        return {"range": 1, "bearing": 1}
+
+    @staticmethod
+    def most(settings, n):
+        """Return how many others there are, at least 1."""
+        return max(1, n - 1)
+
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._settings, self._rows = mount.settings, rows
+        super().__init__(mount, rows, team)
         self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]
         self._names = np.arange(1, team.n + 1)
 

@@ -6,8 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.sensors.number_texts import degrees, number
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried, directions, echoes
+from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 
 
@@ -22,27 +24,44 @@ class RangeReading(NamedTuple):
 
     PER_ROBOT = ("ranges",)
 
+    def text(self):
+        """Return the nearest distance, and how many there are."""
+        ranges = np.asarray(self.ranges)
+        known = np.isfinite(ranges)
+        counts = ["{} of {} within {:g} m".format(int(known.sum()), len(ranges), self.most)]
+        lost = int(np.isnan(ranges).sum())
+        if lost:
+            counts.append("{} lost".format(lost))
+        if known.any():
+            first = int(np.argmin(np.where(known, ranges, np.inf)))
+            near = number(ranges[first], 2, " m")
+            way = degrees(math.remainder(float(self.places[first, 2]), 2.0 * math.pi))
+            counts.insert(0, "nearest {} at {}".format(near, way))
+        return ", ".join(counts)
+
     @property
     def points(self):
         """Return the points that were met, in the robot's frame, (..., K, 2) [m]; not finite where none."""
         return echoes(self.ranges, self.places)
 
 
-class Ranging:
+class Ranging(Sensor):
     """A sensor of distances, whose settings have ``least`` and ``most`` [m].
 
     Shorter distances than the least read as the least.
     """
 
     QUANTITIES = {"": "m"}
-    RATE = 10.0
+    DIGITS = 9
+    VARIES = True
 
     def __init__(self, mount, rows, inner, cone=0.0):
         """``rows`` (m,) of robots with this ``mount``; ``inner`` (K, 3): x, y, direction from the mount.
 
         ``cone`` [rad]: half of an opening angle.
         """
-        self._settings, self._rows, self._height = mount.settings, rows, mount.place[2]
+        super().__init__(mount, rows, None)
+        self._height = mount.place[2]
         self._places, self._cone = on_robot(mount.place, inner), cone
         # One origin for all rays that begin at the same place costs less.
         shared = (inner[:, :2] == inner[0, :2]).all()

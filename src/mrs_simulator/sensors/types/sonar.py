@@ -36,6 +36,7 @@ class Sonar(Ranging):
     axes of the robot then; all fire at the first.
     """
 
+    TYPE = "sonar"
     NOISE = {"": Noise(stddev=0.0005 / math.sqrt(3.0))}
 
     @staticmethod
@@ -48,6 +49,11 @@ class Sonar(Ranging):
         turns = section.whole("turns", 1, low=1, high=MOST)
         cycle = section.quantity("cycle", "s", CYCLE, above=0.0)
         return SonarSettings(_read_transducers(section), least, most, cone, turns, cycle)
+
+    @staticmethod
+    def columns(settings, kind):
+        """Return the number of transducers."""
+        return {"range": len(settings.transducers)}
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""

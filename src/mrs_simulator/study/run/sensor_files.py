@@ -13,14 +13,11 @@ from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.writing import Blocks
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.sensors.suite import Suite, of_robot
+from mrs_simulator.sensors.types import TYPES
 
 FILE = "sensor_{}.csv"  # by the sensor's name
-RANGING = ("laser", "sonar")
-PICTURES = ("camera",)  # no rows of a table: they are in bags alone
-DIGITS = 15  # [-] of a value; distances of sonar and laser have 9, as float32 has no more
-SIZES = {9: 11.0, DIGITS: 18.0}  # [bytes] of a value with so many digits, about
+SIZES = {9: 11.0, 15: 18.0}  # [bytes] of a value with so many digits, about
 WHO, NUMBER = 8.0, 2.5  # [bytes] of time and robot, about, and of the number of one that was seen
-NUMBERS = ("seen", "beacon")  # columns
 MEGABYTE = 1e6  # [bytes]
 
 
@@ -30,6 +27,7 @@ class Recorded(NamedTuple):
     name: str
     columns: Tuple[str, ...]
     digits: int
+    numbered: bool  # whether the first column is the number of what was seen
     robots: Tuple[int, ...]  # numbers
     rate: float  # [Hz] of all robots together
     most: int = 1  # [-] rows of one sample at most: robots, or beacons, that may be seen
@@ -39,7 +37,9 @@ class Recorded(NamedTuple):
 
     def largest(self, duration):
         """Return about how many bytes ``duration`` [s] take at most."""
-        row = WHO + sum(NUMBER if c in NUMBERS else SIZES[self.digits] for c in self.columns)
+        row = WHO + SIZES[self.digits] * len(self.columns)
+        if self.numbered:
+            row += NUMBER - SIZES[self.digits]
         return self._samples(duration) * row * self.most
 
     def size(self, duration):
@@ -83,10 +83,12 @@ def recorded_sensors(names, mounts, kinds):
         ]
         _check_alike(name, own)
         columns = max((columns_of(mount, kind) for _, mount, kind in own), key=len)
-        digits = 9 if own[0][1].type in RANGING else DIGITS
+        sensor = TYPES[own[0][1].type]
         robots, rate = tuple(number for number, _, _ in own), sum(mount.rate for _, mount, _ in own)
-        seen = max(_most_seen(mount, len(mounts)) for _, mount, _ in own)
-        result.append(Recorded(name, columns, digits, robots, rate, seen))
+        seen = max(sensor.most(mount.settings, len(mounts)) for _, mount, _ in own)
+        result.append(
+            Recorded(name, columns, sensor.DIGITS, bool(sensor.LISTS), robots, rate, seen)
+        )
     return result
 
 
@@ -101,45 +103,23 @@ def _check_alike(name, own):
             raise ScenarioError(text.format(name, first, mount.type, number, other.type))
 
 
-def _most_seen(mount, n):
-    """Return how many rows one sample of a ``mount`` on one of ``n`` robots has at most."""
-    if mount.type == "beacons":
-        return len(mount.settings.points)
-    return max(1, n - 1) if mount.type == "range_bearing" else 1
-
-
 def columns_of(mount, kind):
     """Return the names of the values of a ``mount`` on a robot of ``kind``, () for pictures."""
-    if mount.type in PICTURES:
-        return ()
-    numbers = mount.settings
-    fields = {
-        "altimeter": {"height": 1},
-        "battery": {"voltage": 1, "charge": 1},
-        "beacons": {"beacon": 1, "range": 1, "bearing": 1},
-        "bumper": {"front": getattr(numbers, "front", 0), "rear": getattr(numbers, "rear", 0)},
-        "compass": {"heading": 1},
-        "encoders": {"travel": kind.module.ENCODERS},
-        "gps": {"latitude": 1, "longitude": 1, "altitude": 1},
-        "imu": {"acceleration": 3, "rate": 3},
-        "laser": {"range": getattr(numbers, "rays", 0)},
-        "motion_capture": {"x": 1, "y": 1, "theta": 1},
-        "range_bearing": {"seen": 1, "range": 1, "bearing": 1},
-        "sonar": {"range": len(getattr(numbers, "transducers", ()))},
-    }[mount.type]
-    return tuple(
+    sensor = TYPES[mount.type]
+    columns = [
         "{}{}".format(name, k + 1) if width > 1 else name
-        for name, width in fields.items()
+        for name, width in sensor.columns(mount.settings, kind).items()
         for k in range(width)
-    )
+    ]
+    return (sensor.LISTS, *columns) if sensor.LISTS else tuple(columns)
 
 
 def lines_of(sensor, number, time, reading):
     """Return the lines of a ``reading`` of a ``Recorded`` of robot ``number``, at ``time`` [s]."""
-    if hasattr(reading, "numbers"):  # one row for each that was seen
-        rows = zip(reading.numbers.tolist(), reading.ranges.tolist(), reading.bearings.tolist())
+    fields = [np.ravel(getattr(reading, field)) for field in reading.PER_ROBOT]
+    if sensor.numbered:  # one row for each that was seen
+        rows = zip(reading.numbers.tolist(), *(field.tolist() for field in fields))
     else:
-        fields = [np.ravel(getattr(reading, field)) for field in reading.PER_ROBOT]
         rows = [np.concatenate(fields).tolist()]
     begin = "{!r},{}".format(round(float(time), 9), number)
     return [_line(begin, row, sensor) for row in rows]

@@ -6,25 +6,19 @@ import numpy as np
 
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite, of_robot
+from mrs_simulator.sensors.types import TYPES
 
 TURNS = 8  # [-] headings at which each robot looks around: it will not go on looking as it begins
-SAMPLED = (
-    "beacons",
-    "bumper",
-    "laser",
-    "range_bearing",
-    "sonar",
-)  # types whose rows differ in length
 
 
 def samples_at_start(scenario, team, obstacles, names):
     """Yield ``(mount, number, reading)`` of sensors ``names`` where robots of ``scenario`` begin.
 
-    Each robot is turned to ``TURNS`` headings; types of sensors that are not ``SAMPLED`` are left out.
+    Each robot is turned to ``TURNS`` headings.  Types whose samples have one length are left out.
     """
     suite = Suite.of_scenario(scenario, team, obstacles)
     wanted = {
-        row: [m.name for m in own if m.name in names and m.type in SAMPLED]
+        row: [m.name for m in own if m.name in names and TYPES[m.type].VARIES]
         for row, own in enumerate(suite.mounts)
     }
     suite.activate({row: own for row, own in wanted.items() if own})

@@ -18,6 +18,7 @@ from mrs_simulator.sensors.types.inertial import ImuReading
 class Bumpers(Form):
     """BumperState of RosAria: the front and the rear sections, from the robot's left to its right."""
 
+    TYPE = "bumper"
     SUFFIX = "_state"
     MESSAGE = BumperState
 
@@ -37,12 +38,17 @@ class Bumpers(Form):
 class Wheels(Form):
     """JointState: how far each wheel has turned [rad]; what counts no wheels of the model, in metres."""
 
+    TYPE = "encoders"
     FRAME = BASE
     MESSAGE = JointState
 
     def __init__(self, mount, kind):
         super().__init__(mount, kind)
         self.names, self._radius = counted_joints(kind)
+
+    def blank(self):
+        """Return wheels that have not turned."""
+        return (np.zeros(self.kind.module.ENCODERS),)
 
     def message(self, item, header):
         """Return the ``JointState`` of the distances rolled, [m]."""
@@ -71,6 +77,7 @@ def counted_joints(kind):
 class Inertia(Form):
     """Imu without an orientation: specific force and turn rates at the centre, in the robot's axes."""
 
+    TYPE = "imu"
     FRAME = BASE
     MESSAGE = Imu
 
@@ -94,6 +101,7 @@ class Inertia(Form):
 class Charge(Form):
     """BatteryState with voltage and charge alone."""
 
+    TYPE = "battery"
     MESSAGE = BatteryState
 
     def message(self, item, header):
@@ -117,6 +125,8 @@ class Charge(Form):
 class Voltage(Form):
     """The voltage [V] alone, as RosAria publishes it."""
 
+    TYPE = "battery"
+    BY_DRIVERS = True
     SUFFIX = "_voltage"
     MESSAGE = Float64
     PROVIDES = ("voltage",)
@@ -133,6 +143,8 @@ class Voltage(Form):
 class StateOfCharge(Form):
     """The charge alone, from 0 to 1, as RosAria publishes it."""
 
+    TYPE = "battery"
+    BY_DRIVERS = True
     SUFFIX = "_state_of_charge"
     MESSAGE = Float32
     PROVIDES = ("charge",)
@@ -149,6 +161,9 @@ class StateOfCharge(Form):
 class Recharging(Form):
     """Whether the battery is charging, as RosAria publishes it: 0 if not, negative if unknown."""
 
+    TYPE = "battery"
+    PUBLISHED = False
+    BY_DRIVERS = True
     SUFFIX = "_recharge_state"
     MESSAGE = Int8
     PROVIDES = ("charging",)

@@ -17,7 +17,13 @@ FARTHEST_RAW = 65535  # [mm] that a depth of 16 bits can express
 class CameraForm(Form):
     """Messages of a camera, in its optical frame (REP 103): x to the right, y down, z ahead."""
 
+    TYPE = "camera"
     FRAME = OPTICAL
+
+    def blank(self):
+        """Return a black picture without depth."""
+        size = self.mount.settings.height, self.mount.settings.width
+        return np.zeros((*size, 3), dtype=np.uint8), np.zeros(size)
 
     @property
     def optics(self):
@@ -68,6 +74,11 @@ class Depths(CameraForm):
     MESSAGE = Image
     SUFFIX = "_depth"
     FILLS = ("depth",)
+
+    @staticmethod
+    def fits(settings):
+        """Return whether the depth is measured."""
+        return settings.has_depth
 
     def message(self, item, header):
         """Return the ``Image`` of a picture's depth."""
@@ -123,6 +134,7 @@ class DepthPinhole(Pinhole):
     """The same beside the depth, which the same pinhole sees."""
 
     SUFFIX = "_depth_info"
+    fits = staticmethod(Depths.fits)
 
 
 def _image(header, encoding, pixels):

@@ -16,6 +16,9 @@ class Distances(Form):
     No echo is published as the greatest distance; of transducers beyond the last nothing is known.
     """
 
+    TYPE = "sonar"
+    PUBLISHED = False
+    BY_DRIVERS = True
     MESSAGE = SonarArray
 
     def reading(self, message, stamp):
@@ -37,6 +40,9 @@ class Distances(Form):
 class P2osVoltage(Form):
     """BatteryState of p2os_msgs: the voltage [V] alone."""
 
+    TYPE = "battery"
+    PUBLISHED = False
+    BY_DRIVERS = True
     SUFFIX = "_state"
     MESSAGE = P2osBattery
     PROVIDES = ("voltage",)

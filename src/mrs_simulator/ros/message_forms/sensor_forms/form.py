@@ -1,7 +1,10 @@
 """A form: how one type of sensor is published in one type of message."""
 
+import numpy as np
+
 from mrs_simulator.sensors.noise import NOISELESS
 from mrs_simulator.sensors.pose_filter.pose_measurements import offset, white
+from mrs_simulator.sensors.types import TYPES
 
 # Frames: the mount's, the robot's, the common one, and a camera's with z ahead and x to the right.
 OWN, BASE, WORLD, OPTICAL = "own", "base", "world", "optical"
@@ -11,6 +14,11 @@ OPTICAL_FRAME = "_optical_frame"  # after the mount's frame
 class Form:
     """What the forms have in common; ``frame`` (x, y, z [m], yaw [rad]) is that of ``OWN`` on the robot."""
 
+    TYPE = ""  # of sensor
+    PUBLISHED = True  # whether the stage does
+    BY_DRIVERS = (
+        False  # whether drivers of real robots may publish it instead of what is listened to
+    )
     SUFFIX = ""  # of the topic, after the mount's name
     FRAME = OWN
     MESSAGE = None
@@ -23,6 +31,11 @@ class Form:
         self.mount, self.kind = mount, kind
         self.noise = dict(mount.noise)
 
+    @staticmethod
+    def fits(settings):
+        """Return whether sensors with these ``settings`` have this form."""
+        return True
+
     @property
     def frame(self):
         """Return where the frame ``OWN`` lies on the robot: x, y, z [m], yaw [rad]."""
@@ -31,6 +44,11 @@ class Form:
     def rows(self, reading):
         """Return what the messages of the robots of ``reading`` are made of, one item for each."""
         return [list(row) for row in zip(*(getattr(reading, name) for name in reading.PER_ROBOT))]
+
+    def blank(self):
+        """Return an item as long as any of ``rows``, of zeros; of samples that differ one is needed."""
+        columns = TYPES[self.TYPE].columns(self.mount.settings, self.kind)
+        return [np.zeros(width) if width > 1 else 0.0 for width in columns.values()]
 
     def message(self, item, header):
         """Return the message of one robot's ``item`` of ``rows``."""

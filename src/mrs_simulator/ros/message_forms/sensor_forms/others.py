@@ -14,6 +14,7 @@ from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 class Seen(Form):
     """RangeBearing: bearings from the robot's heading."""
 
+    TYPE = "range_bearing"
     MESSAGE = RangeBearing
 
     @property
@@ -36,6 +37,8 @@ class Seen(Form):
 
 class BeaconsHeard(Seen):
     """RangeBearing: numbers of beacons; bearings are nan where they are not measured."""
+
+    TYPE = "beacons"
 
     def reading(self, message, stamp):
         """Return the ``BeaconReading``; ``MessageError`` where the mount has no such beacon."""

@@ -22,6 +22,7 @@ class Heading(Form):
     North is along y of the common frame, as for satellites.
     """
 
+    TYPE = "compass"
     FRAME = BASE
     MESSAGE = MagneticField
 
@@ -42,6 +43,7 @@ class Heading(Form):
 class Height(Form):
     """PointStamped in the common frame: z is the height."""
 
+    TYPE = "altimeter"
     FRAME = WORLD
     MESSAGE = PointStamped
 
@@ -59,6 +61,7 @@ class Height(Form):
 class Fix(Form):
     """NavSatFix of the antenna."""
 
+    TYPE = "gps"
     MESSAGE = NavSatFix
 
     def message(self, item, header):
@@ -83,6 +86,7 @@ class Fix(Form):
 class Tracked(Form):
     """PoseStamped in the common frame."""
 
+    TYPE = "motion_capture"
     FRAME = WORLD
     MESSAGE = PoseStamped
 

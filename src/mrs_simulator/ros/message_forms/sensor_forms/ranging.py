@@ -23,6 +23,7 @@ class SonarCloud(Form):
     that has not fired yet, or is not there, at the robot's centre: it is lost, too.
     """
 
+    TYPE = "sonar"
     MESSAGE = Cloud
 
     def __init__(self, mount, kind):
@@ -94,8 +95,14 @@ class SonarCloud2(SonarCloud):
 class SonarRange(Form):
     """The distance of a single transducer, ahead in its own frame; inf without an echo."""
 
+    TYPE = "sonar"
     SUFFIX = "_range"
     MESSAGE = Range
+
+    @staticmethod
+    def fits(settings):
+        """Return whether there is a single transducer."""
+        return len(settings.transducers) == 1
 
     @property
     def frame(self):
@@ -118,6 +125,7 @@ class SonarRange(Form):
 class Scan(Form):
     """A LaserScan: inf where nothing is within the greatest distance, nan where a ray is lost."""
 
+    TYPE = "laser"
     MESSAGE = LaserScan
 
     def __init__(self, mount, kind):

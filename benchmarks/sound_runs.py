@@ -26,7 +26,7 @@ CHANGES = (  # keys of the scenario, and of its control
     ({"fidelity": "dynamic", "mismatch": {"speed": 1.0001}}, {}),
     ({"fidelity": "kinematic", "mismatch": {"speed": 0.98, "delay": 0.1}}, {}),
     ({"fidelity": "kinematic", "step": 0.02}, {"rate": 10}),
-    ({"fidelity": "dynamic", "step": 0.02}, {"rate": 10}),
+    ({"fidelity": "dynamic", "step": 0.02}, {"rate": 10, "parameters": {"l": 0.2}}),
     ({"fidelity": "kinematic", **NOISE}, {}),
     ({"fidelity": "kinematic", **NOISE, "estimates": "odometry"}, {}),
     ({"fidelity": "kinematic", "record_rate": 50.0}, {"deadband": 0.01}),
@@ -39,7 +39,6 @@ KINDS = (
     "formation_omnidirectional",
 )
 BY_KIND = ("kinematic", "dynamic")
-LONGEST = 25.0  # [s]
 
 
 def runs():
@@ -53,8 +52,10 @@ def runs():
 def scenario_of(name, keys, own):
     """Return the shipped scenario ``name`` with other ``keys``, and ``own`` of its control."""
     scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
-    control = dict(scenario.control.to_plain(), **own)
-    return scenario.changed(control=control, duration=min(scenario.duration, LONGEST), **keys)
+    control = dict(scenario.control.to_plain())
+    parameters = dict(control.get("parameters", {}), **own.get("parameters", {}))
+    control = {**control, **own, "parameters": parameters}
+    return scenario.changed(control=control, **keys)
 
 
 def main():

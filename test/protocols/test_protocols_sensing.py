@@ -6,9 +6,11 @@ from protocol_fixtures import check, failed, shipped, verdict_of
 
 from mrs_simulator.protocols.exploration import equations as floors
 from mrs_simulator.protocols.exploration.law import Exploration
+from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.sensing import equations as laws
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, wall
 from mrs_simulator.sensors.types.ranging import RangeReading
+from mrs_simulator.study.run.simulating import simulate
 
 
 def test_the_smallest_circle_goes_through_two_or_three_points():
@@ -189,6 +191,57 @@ def test_commands_follow_from_what_sonars_should_have_read(tmp_path):
         sensors = [{"mounts": {"sonar": {"noise": noise}}}]
         error, passed = off_the_law(tmp_path, "wall_following", sensors=sensors)
         assert passed and error < 1e-9
+
+
+def claims_of(name, mount, noise, **changes):
+    """Return the claims by name of a scenario whose sensor ``mount`` has ``noise``."""
+    sensors = [*mounted(name), {"mounts": {mount: {"noise": noise}}}]
+    scenario = shipped(name, sensors=sensors, **changes)
+    claims = make_control(scenario).claims(scenario.poses[:, :2])
+    return {claim.name: claim for claim in claims}
+
+
+def mounted(name):
+    if name == "wall_following":
+        return []
+    view = {"type": "range_bearing", "range": 6.0, "view": 2.0944, "rate": 20.0}
+    return [{"mounts": {"neighbours": view}}]
+
+
+def test_tolerances_grow_with_the_noise_of_the_sensors():
+    name = "decay rate of the distances [1/s]"
+    fine, coarse = (
+        claims_of("wall_following", "sonar", {"stddev": d})[name] for d in (0.29e-3, 5e-3)
+    )
+    # gain 0.2 at 10 Hz, transducers 0.069 m before and 0.157 m behind the centre, hand point at 0.2 m
+    c = (0.2 * (0.069 - 0.2) - 0.3) / 0.226
+    begun = 1.0 - np.array([0.3, -0.2, 0.1, -0.3]) - 1.0
+    deviation = np.sqrt(0.04) * 5e-3 * np.hypot(0.2 - c, c) / np.linalg.norm(begun)
+    assert coarse.tolerance == pytest.approx(0.02 * coarse.predicted + 3.0 * deviation, rel=1e-6)
+    assert fine.tolerance < 0.03 * fine.predicted < coarse.tolerance
+    name = "worst range from the steady one at the end [m]"
+    noise = {"range": {"stddev": 0.05}}
+    seen = claims_of("sensed_following", "neighbours", noise)[name]
+    assert seen.tolerance == pytest.approx(0.03 + 3.0 * 0.05 * np.sqrt(0.5 * 0.5 * 0.05))
+
+
+@pytest.mark.parametrize(
+    "noise, holds",
+    [({"stddev": 0.05}, True), ({"dropout": 0.1}, False), ({"bias": 0.01}, False)]
+    + [({"latency": late}, late < 0.1) for late in (0.05, 0.2)],
+)
+def test_theory_knows_no_lost_biased_or_late_readings(noise, holds):
+    condition = claims_of("wall_following", "sonar", noise)["readings off by chance alone"]
+    assert condition.holds == holds
+
+
+def test_robots_whose_commands_jump_with_noise_between_samples_are_not_said_to_disobey():
+    (view,) = mounted("sensed_following")
+    view["mounts"]["neighbours"]["noise"] = {"range": {"stddev": 0.05}}
+    for rate, fitted in ((10.0, False), (20.0, True)):
+        scenario = shipped("sensed_following", sensors=[view], record_rate=rate, duration=6.0)
+        names = [check["name"] for check in simulate(scenario).verdict["checks"]]
+        assert any(name.startswith("gain of wheels") for name in names) == fitted
 
 
 def test_a_law_that_is_three_percent_too_fast_by_its_sonar_is_noticed(tmp_path, monkeypatch):

@@ -74,7 +74,7 @@ class PioneerControl(LawHooks):
         team = Team((DEFAULT_KIND,) * len(numbers), limits) if team is None else team
         surroundings = Surroundings() if surroundings is None else surroundings
         self._keep(numbers=numbers, saturation=saturation, period=period, fidelity=fidelity)
-        self._keep(deadband=deadband, safety=safety, _environment=CALM)
+        self._keep(deadband=deadband, safety=safety, _environment=CALM, _sensor_changes=())
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
         self._keep(SENSORS=tuple(dict.fromkeys((*self.SENSORS, *surroundings.sensed))))
         self._keep(readings=readings_by_number(numbers, self.SENSORS, {}))

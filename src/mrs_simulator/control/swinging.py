@@ -11,11 +11,15 @@ that time, and phi was ``-(W d - a d^2/2)``.  It goes on for ever if
 With ``Tc v/l < 1`` larger swings than this W, which is of order ``a Tc``, shrink, whatever d is.  Beyond
 it some grow until the rate of turn is at its limit w, and the heading then swings by ``w^2/(2 a)``.  A
 ramp to w that takes no longer than a period is done before the next command: swings are small then.
+On full dynamics wheels ramp no faster than their grip lets them.
 """
 
 import math
 
 import numpy as np
+
+from mrs_simulator.vehicles.drives import differential
+from mrs_simulator.vehicles.grip import grip
 
 TEXT = (
     "the heading of robot{} may swing for ever: l = {:g} m is short for commands at {:g} Hz, {:g} m/s and"
@@ -40,8 +44,12 @@ def swings(control):
     for group in team.groups:
         if group.drive.POINT == "hand point" and group.drive.RAMPS:
             top, acceleration = (each[..., 1] for each in group.limits)
+            if control.fidelity == "dynamic" and group.drive is differential:
+                rows = np.arange(team.n)[group.rows]
+                gripped = [grip(team.kinds[row])[1] for row in rows]
+                acceleration = np.minimum(acceleration, gripped)
             short[group.rows] = top > (1.0 + EXACT) * acceleration * period
-    short &= l < (1.0 - EXACT) * wanted
+    short &= (l < (1.0 - EXACT) * wanted) & np.isfinite(wanted)
     if not short.any():
         return []
     row = int(np.argmax(short * wanted))

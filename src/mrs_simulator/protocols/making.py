@@ -32,7 +32,11 @@ def make_control(scenario, protocol=None):
         construction = _construction(scenario, protocol)
         check_sensors(protocol, scenario, construction["team"])
         control = _made(protocol, construction)
-        control._keep(_environment=scenario.environment, obstacles=tuple(obstacles_of(scenario)))
+        control._keep(
+            _environment=scenario.environment,
+            _sensor_changes=scenario.sensors,
+            obstacles=tuple(obstacles_of(scenario)),
+        )
         control.safety_filter.warnings = unkept(scenario, control)
         control.runner.warnings = swings(control)
         if hasattr(control, "carry"):

@@ -20,6 +20,7 @@ from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.robots import are_stated
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
+from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.vehicles.team import Team
 from mrs_simulator.verdict.theory.exact_runs import current_of
 from mrs_simulator.verdict.theory.motion import commanded_ways
@@ -149,9 +150,22 @@ def _can_be_fitted(control, run):
         len(run.time) < FEWEST + 1 or (run.time[-1] - run.time[0]) / control.period > MOST_COMMANDS
     )
     known = len(run.robots) == team.n and are_stated(team) and not team.has_arms
-    jumps = control.links.faults or getattr(control, "JUMPS", False)
+    jumps = (
+        control.links.faults or getattr(control, "JUMPS", False) or _senses_noise(control, scenario)
+    )
     unseen = jumps and scenario.record_period > 1.5 * control.period  # between two samples
     return known and even and not (short or unseen or (pushed and scenario.fidelity == "dynamic"))
+
+
+def _senses_noise(control, scenario):
+    """Return whether the law reads sensors whose readings jump, by noise or because some are lost."""
+    return any(
+        noise.stddev or noise.dropout
+        for own in (fitted_mounts(control.team, scenario.sensors) if control.SENSORS else ())
+        for mount in own
+        if mount.name in control.SENSORS
+        for _, noise in mount.noise
+    )
 
 
 def _channels(team):

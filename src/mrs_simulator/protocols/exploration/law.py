@@ -164,7 +164,7 @@ class Exploration(PioneerControl):
     def _seconds(self, run):
         """Return in what time [s] the team would sweep the floor, each robot half of what it reaches."""
         floor = self.floor()
-        most = sum(mount.settings.most for mount in self._scanners(run))
+        most = sum(mount.settings.most for mount in self._scanners())
         return np.count_nonzero(floor.free) * floor.size**2 / (self.speed * most)
 
     def shares(self, run):
@@ -174,7 +174,7 @@ class Exploration(PioneerControl):
         which, or beside which, ways lead from where the first robot begins.
         """
         floor, scene = self.floor(), Scenery(self.team, self.obstacles)
-        scanners = self._scanners(run)
+        scanners = self._scanners()
         begin = tuple(np.ravel(floor.cells(run.hand[0, :1])))
         way = floors.ways(floor.open, floor.size, begin)
         left = np.isfinite(floors.beside(way, floor.free, floor.size))
@@ -190,12 +190,9 @@ class Exploration(PioneerControl):
             shares.append(1.0 - np.count_nonzero(left) / total)
         return times, np.array(shares)
 
-    def _scanners(self, run):
-        changes = run.scenario.sensors if run.scenario is not None else ()
-        return [
-            {mount.name: mount for mount in own}["laser"]
-            for own in fitted_mounts(self.team, changes)
-        ]
+    def _scanners(self):
+        mounts = fitted_mounts(self.team, self._sensor_changes)
+        return [{mount.name: mount for mount in own}["laser"] for own in mounts]
 
     def measures(self, run):
         """Return when half and nine tenths of the floor were seen [s], and the ways driven [m]."""

@@ -274,7 +274,7 @@ class CyclicPursuit(PioneerControl):
     def claims(self, start):
         """Return growth and turn rate of the slowest mode of the start; in, circle or out."""
         n = len(start)
-        conditions = [Condition("two robots", n > 1, "nobody to pursue")]
+        conditions = [Condition("two robots", n > 1, "none to pursue")]
         modes = np.abs(gathering_equations.pursuit_modes(start)[1:])
         if n < 2 or not modes.any():
             return conditions

@@ -34,7 +34,8 @@ class Rendezvous(Published):
     def velocity(self, points, time, memory):
         """Return ``(u, memory)``."""
         d = _distances(points)
-        share = np.where(memory, (2.0 * self.radius - d) / (self.radius - d) ** 2, 0.0)
+        with np.errstate(divide="ignore"):  # at D itself the law is infinite
+            share = np.where(memory, (2.0 * self.radius - d) / (self.radius - d) ** 2, 0.0)
         np.fill_diagonal(share, 0.0)
         return self.gain * (share @ points - share.sum(axis=1)[:, np.newaxis] * points), memory
 

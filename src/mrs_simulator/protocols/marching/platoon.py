@@ -89,7 +89,7 @@ class Platoon(Remembering):
         """Return by how much each robot passes on the leader's sway, above or below 1."""
         tau = self.delay_steps * self.period
         conditions = [
-            Condition("two robots", len(start) > 1, "nobody follows"),
+            Condition("two robots", len(start) > 1, "none follows"),
             attracting(self.gain),
         ]
         if self.delayed == "difference":

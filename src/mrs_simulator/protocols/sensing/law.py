@@ -27,6 +27,8 @@ CASCADE = 1.5  # [-] time constants for which an error waits for that of the rob
 SIDEWAYS = (
     0.35  # [rad] from straight aside, and from straight ahead, of transducers that are listened to
 )
+SIGMAS = 3.0  # [-] standard deviations that noise may be off by
+LATE = 0.015  # [-] times the decay time of errors: readings later than that change it
 NOISE = 0.05  # [m] ten times that of distances from a wall: a start below it shows no rate
 GAIN = Parameter("gain", 0.5, "1/s", low=0.0, open_low=True, high=10.0, meaning="of each error")
 
@@ -45,6 +47,31 @@ class Sensing(PioneerControl):
     @property
     def _leads(self):
         return np.broadcast_to(self.team.lead(self.l), len(self.numbers))
+
+    def _sensors(self):
+        """Return the ``Mount`` of each robot that the law reads."""
+        mounts = fitted_mounts(self.team, self._sensor_changes)
+        return [{mount.name: mount for mount in own}[self.SENSORS[0]] for own in mounts]
+
+    def _noise(self, quantity=""):
+        """Return the standard deviations (n,) of a ``quantity`` of the robots' readings."""
+        return np.array([dict(mount.noise)[quantity].stddev for mount in self._sensors()])
+
+    def _unbiased(self):
+        """Return the condition that readings are off by chance alone, and none is lost."""
+        noises = [noise for mount in self._sensors() for _, noise in mount.noise]
+        off = [any((n.bias, n.bias_stddev, n.bias_walk, n.dropout)) for n in noises]
+        late = max(noise.latency for noise in noises)
+        holds = not any(off) and self.gain * late <= LATE
+        why = "sensors lose readings, or are biased or late: theory knows none of it"
+        return Condition("readings off by chance alone", holds, why)
+
+    def _wander(self, stddev):
+        """Return what errors (n,) that decay at the gain are off by for noise ``stddev`` (n,) of each.
+
+        ``e+ = (1 - gain Tc) e + gain Tc w`` has the variance ``gain Tc/2`` times that of w.
+        """
+        return SIGMAS * stddev * np.sqrt(0.5 * self.gain * self.period)
 
 
 def settled(control, begun, seconds=0.0):
@@ -186,7 +213,7 @@ class WallFollowing(Sensing):
 
     def _gap_error(self, sonar_reading):
         """Return how much farther than wanted the robot in front is [m], 0 without one."""
-        ahead = sonar_reading.ranges[np.abs(wrap_angle(sonar_reading.places[:, 2])) < SIDEWAYS]
+        ahead = sonar_reading.ranges[ahead_of(sonar_reading.places)]
         nearest = np.min(ahead[np.isfinite(ahead)], initial=np.inf)
         return nearest - self.gap if nearest < 2.0 * self.gap else 0.0
 
@@ -201,7 +228,7 @@ class WallFollowing(Sensing):
         if not beside.holds:
             return [beside]
         decay = float(-np.log1p(-self.gain * self.period) / self.period)
-        conditions = [beside, attracting(self.gain)]
+        conditions = [beside, attracting(self.gain), self._unbiased()]
         if self.gain * self.period >= 1.0:
             return conditions
 
@@ -209,6 +236,8 @@ class WallFollowing(Sensing):
             return np.linalg.norm(self.from_wall(hand) - self.distance, axis=-1)
 
         ready = settled(self, float(off(start[np.newaxis])[0]), CASCADE * (len(start) - 1))
+        deviation = self._rate_deviation(self.from_wall(start) - self.distance)
+        wander = np.linalg.norm(self._wander(self._noise_of_approach() / self.gain))
 
         @ready
         def spacing(run):
@@ -223,15 +252,55 @@ class WallFollowing(Sensing):
             away = self.from_wall(run.hand) - self.distance
             if np.linalg.norm(away[0]) <= NOISE:
                 raise NothingDecays("the distances begin below {:g} m".format(NOISE))
-            # Noise of the sonars weighs little where the distance is large.
+            # Noise of the sonars weighs least where the distance is large.
             left = (away[1:] * away[:-1]).sum() / (away[:-1] ** 2).sum()
             return float(-np.log(left) * (len(away) - 1) / (run.time[-1] - run.time[0]))
 
         return conditions + [
-            Claim("distance from where the wall is wanted, at the end [m]", 0.0, SPACED, last),
-            Claim("decay rate of the distances [1/s]", decay, 0.02 * decay, decays, free=True),
-            Claim("worst gap from the wanted at the end [m]", 0.0, SPACED, spacing),
-        ]  # fmt: skip
+            Claim(
+                "distance from where the wall is wanted, at the end [m]", 0.0, SPACED + wander, last
+            ),
+            Claim(
+                "decay rate of the distances [1/s]",
+                decay,
+                0.02 * decay + SIGMAS * deviation,
+                decays,
+                free=True,
+            ),
+            Claim(
+                "worst gap from the wanted at the end [m]", 0.0, SPACED + self._gap_noise(), spacing
+            ),
+        ]
+
+    def _noise_of_approach(self):
+        """Return how far noise of the sonars lets each velocity to the wall be off, (n,) [m/s].
+
+        With ranges f and r of the foremost and the rearmost transducer, B apart, the wall seems nearer by
+        ``f + (x - l)(r - f)/B`` and turned by ``(r - f)/B``: the point goes to the wall at ``gain e + w``,
+        ``w = gain f + c (r - f)``, ``c = (gain (x - l) - speed)/B``.
+        """
+        across = []
+        for sonar, l in zip(self._sensors(), self._leads):
+            places = np.array(sonar.settings.transducers, dtype=float)
+            front, rear = places[list(to_the_left(places)), 0]
+            across.append((self.gain * (front - l) - self.speed) / (front - rear))
+        return self._noise() * np.hypot(self.gain - np.array(across), across)
+
+    def _rate_deviation(self, away):
+        """Return the standard deviation [1/s] of the rate of errors that begin at ``away`` (n,) [m].
+
+        It is that of a least-squares fit of each error to the one before; their squares sum to
+        ``away^2/(2 gain Tc)``.
+        """
+        squares = float(away @ away)
+        spread = np.linalg.norm(self._noise_of_approach() * away)
+        return np.sqrt(2.0 * self.gain * self.period) * spread / squares if squares else np.inf
+
+    def _gap_noise(self):
+        """Return how far gaps may be off by noise [m]: they are kept to the nearest of K echoes."""
+        ahead = max(np.count_nonzero(ahead_of(m.settings.transducers)) for m in self._sensors())
+        noise = self._noise()
+        return float((self._wander(noise) + noise * np.sqrt(2.0 * np.log(max(1, ahead)))).max())
 
     def from_wall(self, hand):
         """Return the distances (..., n) [m] of points ``hand`` (..., n, 2) from the nearest obstacle."""
@@ -242,15 +311,18 @@ class WallFollowing(Sensing):
     def gaps(self, pose):
         """Return from each robot's foremost transducers to the body before it, (n - 1,) [m]."""
         rear = np.array([kind.body.rear for kind in self.team.kinds])
-        mounts = fitted_mounts(self.team)
-        own = [{mount.name: mount for mount in each}.get("sonar") for each in mounts]
-        x = [max((t[0] for t in m.settings.transducers), default=0.0) if m else 0.0 for m in own]
+        x = [max(t[0] for t in sonar.settings.transducers) for sonar in self._sensors()]
         apart = np.linalg.norm(np.diff(pose[:, :2], axis=0), axis=1)
         return apart - rear[:-1] - np.array(x)[1:]
 
     def measures(self, run):
         """Return the gaps at the end [m]."""
         return {"gaps_at_end": self.gaps(run.pose[-1]).tolist()}
+
+
+def ahead_of(places):
+    """Return which of ``places`` (K, 3) look ahead, (K,) bool."""
+    return np.abs(wrap_angle(np.array(places, dtype=float)[:, 2])) < SIDEWAYS
 
 
 def to_the_left(places):
@@ -302,14 +374,16 @@ class SensedFollowing(Sensing):
         """Return the ranges at the end, and that each keeps sight of the robot before it."""
         ranges = laws.steady_ranges(self.speed, self.turn, self._leads, self.distance, self.gain)
         conditions = [
-            Condition("two robots", len(start) > 1, "nobody follows"),
+            Condition("two robots", len(start) > 1, "none follows"),
             Condition("gain Tc < 1", self.gain * self.period < 1.0, "robots overshoot"),
             Condition("a circle wide enough", ranges is not None, "followers stop within it"),
+            self._unbiased(),
         ]
         if not all(condition.holds for condition in conditions):
             return conditions
 
         begun = np.linalg.norm(np.diff(start, axis=0), axis=1) - ranges
+        wander = float(self._wander(self._noise("range")).max())
 
         @settled(self, float(np.abs(begun).max()), CASCADE * len(ranges))
         def off(run):
@@ -319,7 +393,7 @@ class SensedFollowing(Sensing):
             return float(np.abs(self._seen(run)[1]).max())
 
         return conditions + [
-            Claim("worst range from the steady one at the end [m]", 0.0, SPACED, off),
+            Claim("worst range from the steady one at the end [m]", 0.0, SPACED + wander, off),
             Claim("largest bearing of the robot before [rad]", 0.5 * self.view, 0.0, widest, "at most"),
         ]  # fmt: skip
 

@@ -8,12 +8,11 @@ from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.drives import Unicycles
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
+from mrs_simulator.vehicles.grip import grip
 
 NUDGE = 1e-6  # [m/s, rad/s] of a speed, to see what it does
 LEAST = 1e-6  # [s] of what a speed does to a place, below which it hardly shows there
 MET = 1e-12  # [m, rad] of the next sample
-ON_WHEELS = 0.5  # [-] of the weight
-GRAVITY = 9.81  # [m/s^2]
 EVEN = 1e-6  # [-] of a command period by which samples may be unevenly far apart
 MOST_TRIES = 20  # [-]
 
@@ -60,25 +59,15 @@ class Advance:
 def limit_to_grip(robots):
     """Let differential drives of ``robots`` speed up no faster than the friction of their wheels lets them.
 
-    Of a body as a box of even mass; half of the weight is on two wheels that drive, all of it on four.
+    That is the ``grip`` of their kinds.
     """
     for group, part in robots.parts:
         if type(part) is not Unicycles:
             continue
         kinds = [robots.team.kinds[row] for row in np.arange(robots.team.n)[group.rows]]
-        most = np.array([_grip(kind) for kind in kinds])
+        most = np.array([grip(kind) for kind in kinds])
         part.acceleration = np.minimum(np.broadcast_to(part.acceleration, most.shape), most)
         robots.is_ramped = True
-
-
-def _grip(kind):
-    """Return the greatest acceleration [m/s^2] and turn acceleration [rad/s^2] of a ``kind``, (2,)."""
-    if kind.numbers.friction <= 0.0:
-        return np.inf, np.inf
-    share = 1.0 if kind.numbers.wheelbase else ON_WHEELS
-    along = share * kind.numbers.friction * GRAVITY
-    arm = (kind.body.length**2 + kind.body.width**2) / 12.0  # [m^2], inertia over mass
-    return along, along * 0.5 * kind.numbers.track / arm
 
 
 def commanded_ways(control, run):

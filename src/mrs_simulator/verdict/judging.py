@@ -32,7 +32,7 @@ from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, later, published_law, robots_run
 from mrs_simulator.verdict.theory.meetings import meetings, theory_track
 from mrs_simulator.verdict.theory.slipped_runs import slipped_run
-from mrs_simulator.verdict.theory.theorem import Points
+from mrs_simulator.verdict.theory.theorem import Ideal, Points
 from mrs_simulator.verdict.user_values import claim_of, measures_of
 from mrs_simulator.verdict.verdict import (
     FEWEST_SAMPLES,
@@ -104,6 +104,8 @@ def _judged_by_theory(run, control, foretold, derives):
     if track is None:
         track = None if changed.ruled_out else _end_of(run, claims)
         foretold(track)
+    if derives and acted is None and run is whole and _has_no_points(control, theory):
+        theory = theory._replace(points=Ideal(control, run))
     theory = _joined(theory, changed)
     if derived is not None:
         theory = theory._replace(
@@ -128,6 +130,11 @@ def _judged_by_theory(run, control, foretold, derives):
     if derived is not None:
         return labelled(verdict), track
     return (with_reason(verdict, why) if verdict["outcome"] == NOT_JUDGED else verdict), track
+
+
+def _has_no_points(control, theory):
+    """Return whether the law has no form on points, by which its theorem could be tested."""
+    return theory.points is not None and theory.exact is None and published_law(control) is None
 
 
 def _since_changes(control, run):

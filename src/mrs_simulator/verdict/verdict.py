@@ -45,7 +45,9 @@ NO_PROTOCOL = "no protocol is known whose claims could be judged"
 UNKNOWN_LAW = NO_PROTOCOL + ": that the controller ran {} is known from a topic alone"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was commanded to move: the controller did not run"
+NOT_TESTED = "the theorem is not tested: {}"
 UNTESTED = "the law is confirmed; the theorem is not tested: {}"
+NONE_OF_THEM = "none of its claims applies"
 NONE_APPLY = "none of the protocol's claims applies to this run"
 STILL = "robots held still by the safety filter"
 BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
@@ -265,19 +267,22 @@ def _unjudged(run, claims, checks, theory):
     if any(check.question == THEOREM for check in judged):
         return ""
     why = deadlock_text(run.meta.get("deadlock")) or _changes(run)
-    return why or (UNTESTED.format(_wanting(claims, theory)) if judged else NONE_APPLY)
-
-
-def _wanting(claims, theory):
-    """Return why no claim of the theorem was judged of a run whose law was."""
+    if why:
+        return why
     of_theorem = [claim for claim in claims if _is_claim_of_theorem(claim)]
-    if not of_theorem:
-        return NO_CLAIMS
-    answers = [theory.of_points(claim) for claim in of_theorem if not claim.unproved]
+    needed = _needed(of_theorem, theory)
+    if not judged:
+        return NOT_TESTED.format(needed) if needed else NONE_APPLY
+    return UNTESTED.format(needed or (NONE_OF_THEM if of_theorem else NO_CLAIMS))
+
+
+def _needed(claims, theory):
+    """Return how long a run the first of ``claims`` needs that is open in this one, in words, or ""."""
+    answers = [theory.of_points(claim) for claim in claims if not claim.unproved]
     short = [answer for answer in answers if answer and answer.needed is not None]
-    if short:
-        return min(short, key=lambda answer: answer.needed).note.split(": ", 1)[1]
-    return "none of its claims applies"
+    if not short:
+        return ""
+    return min(short, key=lambda answer: answer.needed).note.split(": ", 1)[1]
 
 
 def _is_claim_of_theorem(claim):

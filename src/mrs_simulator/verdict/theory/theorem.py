@@ -24,11 +24,11 @@ ASIDE = 1e-3  # [-] of the team's size, by which a start is moved to contain all
 SIMPLE = 0.15  # [-] of a rate's miss, by which it may differ between two parts of a simple decay
 PARTS = (1e-3, 1e-6, RATE_FLOOR)  # [-] of the start, between which the two parts lie
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
-FALSE = "false of the law itself: the exact solution from this start {}"
-HELD = "false by held commands: the exact solution {}, and {} with twice the commands"
+FALSE = "false of the law itself: {} from this start {}"
+HELD = "false by held commands: {} {}, and {} with twice the commands"
 SHORT = "run too short for this claim: {} s are needed, {} s were run"
-OPEN = "run too short for this claim: the exact solution {}"
-CHAOTIC = "does not apply: the exact solution is chaotic, and misses it from this start"
+OPEN = "run too short for this claim: {} {}"
+CHAOTIC = "does not apply: {} misses it, and is chaotic from this start"
 BY_CHANCE = "run too short for this claim, or chance: the exact solution with this seed {}"
 NO_RATE = "does not apply: the exact solution shows no rate for long enough"
 NOT_SIMPLE = "does not apply: the exact solution shows no simple rate, {:.4g} and later {:.4g}"
@@ -56,6 +56,8 @@ class Points:
     ``exact``: their run over the samples of ``run``, or None; ``claims``: those made of points, by name.
     """
 
+    WHO = "the exact solution"
+
     def __init__(self, control, run, exact, claims):
         self.control, self.run, self.exact, self.claims = control, run, exact, claims
         self._longer, self._answers = {}, {}
@@ -74,7 +76,7 @@ class Points:
             return HOLDS
         if self._is_random():
             if self._waits(claim):
-                return Answer(False, FALSE.format(_had(check)))
+                return Answer(False, FALSE.format(self.WHO, _had(check)))
             return Answer(None, BY_CHANCE.format(_had(check)))
         back = LOOKED_BACK if len(self.exact.time) >= FEWEST_SEEN else 0
         seen = [measured_of(self._until(2.0**-k), claim) for k in range(back, 0, -1)]
@@ -97,11 +99,11 @@ class Points:
                 needed = self._first(run, claim)
                 return Answer(None, SHORT.format(_rounded(needed), self._ran()), needed)
             if last.passed is None or last.note.startswith(BROKEN):
-                return Answer(None, OPEN.format(_had(last)))
+                return Answer(None, OPEN.format(self.WHO, _had(last)))
         if claim.decays is None and _grows(seen) and self._lasted(share) >= SOONEST:
             return self._false(claim, share, last)
         text = _had(last) + " after {} s".format(_rounded(self._lasted(share)))
-        return Answer(None, OPEN.format(text))
+        return Answer(None, OPEN.format(self.WHO, text))
 
     def _false(self, claim, share, last):
         """Return that ``claim`` is false, as ``last`` shows, or why that is not known."""
@@ -110,7 +112,7 @@ class Points:
         nudged = self._for(share, beside)
         off = None if nudged is None else measured_of(nudged, claim)
         if off is None or not _same(off, last, claim.tolerance):
-            return Answer(None, CHAOTIC)
+            return Answer(None, CHAOTIC.format(self.WHO))
         said = _had(last) + " after {} s".format(_rounded(self._lasted(share)))
         return self._falsified(claim, share, said)
 
@@ -119,8 +121,8 @@ class Points:
         half = self._for(share, commands=2)
         found = None if half is None else measured_of(half, claim)
         if found is not None and found.passed:
-            return Answer(False, HELD.format(said, _had(found)))
-        return Answer(False, FALSE.format(said))
+            return Answer(False, HELD.format(self.WHO, said, _had(found)))
+        return Answer(False, FALSE.format(self.WHO, said))
 
     def _decays_otherwise(self, claim, run, share):
         """Return the answer on the rate ``claim``, which ``run``, over ``share`` times the run, misses.
@@ -140,7 +142,7 @@ class Points:
             if aside is not None and _is_claimed(aside, claim):
                 return Answer(None, LACKING.format(aside[1]))
             if aside is None or not _is_simple(aside, claim):
-                return Answer(None, OPEN.format(said))
+                return Answer(None, OPEN.format(self.WHO, said))
             said += ", and by {:.4g} /s from one beside it".format(aside[1])
         return self._falsified(claim, share, said)
 
@@ -223,8 +225,45 @@ class Points:
         return float(run.time[holds - 1] - run.time[0])
 
 
+class Ideal(Points):
+    """Ideal robots of the run's kinds under the law itself, which has no published form on points.
+
+    They are simulated where the run misses a claim: one that it shows, the law does not make false.
+    """
+
+    WHO = "the run of ideal robots"
+
+    def __init__(self, control, run):
+        super().__init__(control, run, None, {})
+        self._ideal = None
+
+    def _answered(self, claim):
+        if claim.unproved or measured_of(self.run, claim).passed is not False:
+            return HOLDS
+        if self._ideal is None:
+            from mrs_simulator.verdict.theory.ideal_runs import IdealRuns  # of a world
+
+            self._ideal = IdealRuns(self.control, self.run)
+            self.exact = self._computed(1.0, None, 1)
+        return super()._answered(claim)
+
+    def _is_random(self):
+        return False
+
+    def _followed(self, claim, seen):
+        if self._waits(claim):  # and this run is as long as it wants
+            return Answer(False, FALSE.format(self.WHO, _had(seen[-1])))
+        return super()._followed(claim, seen)
+
+    def _computed(self, share, beside, commands):
+        try:
+            return self._ideal.over(self._lasted(share), beside, commands)
+        except Exception:  # of users' code, where it never was
+            return None
+
+
 def _had(check):
-    """Return what the exact solution makes of a claim, in words."""
+    """Return what a solution makes of a claim, in words."""
     return "does not show it" if check.measured is None else "has {:.4g}".format(check.measured)
 
 

@@ -118,3 +118,42 @@ def test_many_samples_between_two_pictures_are_thinned(study):
     study.connection.snapshot.return_value = sample(study, 100.0)
     study.live.show_frame()
     assert (study.map.trails.count == 101).all()
+
+
+def test_once_the_simulation_has_ended_the_map_shows_what_starts_and_the_run_faintly(study):
+    connection, shown, start = study.connection, study.map, study.scenario.poses
+    connection.is_fresh.side_effect = lambda name: True
+    for time in (0.0, 1.0):
+        connection.snapshot.return_value = sample(study, time)
+        study.live.show_frame()
+    assert shown.last_run is None and not np.allclose(shown.team.pose, start)
+    ended, trails = shown.team.pose, shown.trails
+    shown.show_targets(ended[:, :2])
+    connection.snapshot.return_value = None
+    study.live.show_frame()
+    assert np.allclose(shown.team.pose, start) and not shown.trails.begun
+    assert np.array_equal(shown.last_run.scene.state.pose, ended)
+    assert shown.last_run.trails is trails and "last run" in shown.legend()
+    assert shown.targets is None is study.study.edited.derived.targets
+    shown.resize(400, 300)
+    faint = shown.grab().toImage()
+    study.live.put_away()  # as an edit does
+    shown.set_legend_shown(False)
+    connection.snapshot.return_value = sample(study, 0.0)
+    study.live.show_frame()
+    assert shown.last_run is None and shown.grab().toImage() != faint
+
+
+def test_a_simulation_of_others_has_ended_once_it_is_gone_from_the_master(study):
+    connection = study.connection
+    connection.is_fresh.side_effect = lambda name: True
+    connection.snapshot.return_value = sample(study, 0.0)
+    connection.forget.side_effect = lambda name: setattr(connection.snapshot, "return_value", None)
+    study.live.show_frame()
+    connection.is_fresh.side_effect = lambda name: False
+    connection.registered = frozenset(["stage"])  # it is silent
+    study.live.show_frame()
+    assert study.map.last_run is None
+    connection.registered = frozenset()
+    study.live.show_frame()
+    assert study.map.last_run is not None

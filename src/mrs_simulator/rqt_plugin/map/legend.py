@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
+from mrs_simulator.rqt_plugin.map.last_run import FAINT
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
 from mrs_simulator.rqt_plugin.map.style import faded
@@ -14,9 +15,11 @@ from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
 WIDEST = 0.4, 0.6  # [-] of its width, in one column and in more
+LINES = {"trail": 0.8, "last run": 0.8 * FAINT}  # [-] of the text's colour
 LEGEND = {  # in the order of the map's words
     "start": "start",
     "trail": "trail",
+    "last run": "the last run",
     "target": "target",
     "directed edge": "edge to its receiver",
     "edge": "undirected edge",
@@ -79,8 +82,8 @@ def _draw_sign(painter, style, name, at):
         size = 4.0 * unit
         painter.drawLine(QLineF(x - size, y - size, x + size, y + size))
         painter.drawLine(QLineF(x - size, y + size, x + size, y - size))
-    elif name == "trail":
-        painter.setPen(QPen(style.mixed(0.8), 1.4 * unit, Qt.DashLine))
+    elif name in ("trail", "last run"):
+        painter.setPen(QPen(style.mixed(LINES[name]), 1.4 * unit, Qt.DashLine))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))
     elif name in ("directed edge", "edge"):
         begin, end = np.array([[x - reach, y]]), np.array([[x + reach, y]])

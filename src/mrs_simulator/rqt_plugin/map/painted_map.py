@@ -40,6 +40,7 @@ class PaintedMap(MapScene):
             painter.setRenderHint(QPainter.Antialiasing)
             painter.setClipRect(self.frame.area)
             axes.draw_scale_bar(painter, style, self.frame)
+            self._paint_last_run(painter, style)
             self._paint_edited(painter, style)
             self._paint_sensors(painter, style)
             remark = self._paint_edges(painter, style)
@@ -70,6 +71,12 @@ class PaintedMap(MapScene):
             obstacles = self._undrafted(obstacles)
         arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
         self._ground.draw(painter, self, style, self.frame, *arguments)
+
+    def _paint_last_run(self, painter, style):
+        """Paint the run that has ended, if any."""
+        if self.last_run is not None:
+            hidden = self._hidden_trails if self.shown["trails"] else None
+            self.last_run.draw(painter, style, self.frame, hidden)
 
     def _undrafted(self, obstacles):
         """Return ``obstacles`` without the one that is being edited."""
@@ -184,6 +191,8 @@ class PaintedMap(MapScene):
         shown = set()
         if self.shown["trails"] and self.trails.begun:
             shown |= {"start", "trail"}
+        if self.last_run is not None:
+            shown.add("last run")
         if self.shown["targets"] and self.targets is not None:
             shown.add("target")
         if self.shown["edges"] and self.edges.list:

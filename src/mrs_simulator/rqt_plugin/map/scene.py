@@ -9,6 +9,7 @@ from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.flashes import Flashes
 from mrs_simulator.rqt_plugin.map.frame import Frame
+from mrs_simulator.rqt_plugin.map.last_run import LastRun
 from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
 from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.style import MapStyle
@@ -40,6 +41,7 @@ class MapScene(QWidget):
         self._mode, self.drag = "look", None
         self.shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
         self._recent = RecentPoses()  # of the run shown
+        self.last_run = None  # a ``LastRun`` below what will start
         self.readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self.selected = set(), 0
         self.targets, self._target_z, self.obstacles = None, None, ()
@@ -123,6 +125,7 @@ class MapScene(QWidget):
         elif self._begin_anew or snapshot.time < self.time:
             self.clear_trails()
         self.time, self._begin_anew, self._at_rest = snapshot.time, False, False
+        self.last_run = None
         self._recent.add(snapshot.time, poses)
         self.team.show(snapshot.replace(robots=numbers, pose=poses))
         if len(self.team.real) < len(numbers):  # real robots alone have another time
@@ -183,7 +186,17 @@ class MapScene(QWidget):
 
     def clear_trails(self):
         """Forget where the robots have been; new trails begin with the next snapshot."""
+        self._forget_trails()
+        self.last_run = None
+        self.update()
+
+    def _forget_trails(self):
         self.trails, self.time = Trails(len(self.team.numbers)), -math.inf
+
+    def put_aside(self):
+        """Show the run faintly from now on, below what will start, until another begins."""
+        self.last_run = LastRun(self.team_scene(), self.team.shapes, self.trails)
+        self._forget_trails()
         self.update()
 
     def select(self, number):

@@ -109,6 +109,8 @@ class StudyRun:
         if "stage" in names:  # nor is its last state that of a simulation to attach to
             self.connection.forget("stage")
             self.connection.forget("state")
+            if not self.processes.is_running("control"):  # one without a simulation ends with it
+                self.connection.forget("control")
         if any(name == "stage" for name, _, _ in ended):
             self.stage.restore_time()
         return [

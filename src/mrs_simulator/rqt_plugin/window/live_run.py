@@ -42,6 +42,8 @@ class LiveRun:
 
     def show_frame(self):
         """Show the newest poses and collisions."""
+        if self._has_ended():
+            self._show_start()
         snapshot, now = self._connection.snapshot(), time.monotonic()
         rested = now - self._last_frame[0] >= self._panels.map.cost / MOST_PAINTING
         # Robots moved by the user differ from the stage's until it has applied their poses.
@@ -56,6 +58,33 @@ class LiveRun:
         for incident in self._connection.take_incidents():
             self._history.incidents.append(incident)
             self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
+
+    def _has_ended(self):
+        """Return whether the simulation is gone whose robots are shown."""
+        if self._last_frame[1] is None:
+            return False
+        connection = self._connection
+        if connection.snapshot() is None:
+            return True
+        here = self._study.processes.is_running("stage")
+        gone = not (here or connection.is_fresh("state") or "stage" in connection.registered)
+        if gone and not self._study.state.real():
+            connection.forget("stage")
+            connection.forget("state")
+        return connection.snapshot() is None
+
+    def _show_start(self):
+        """Show the robots where the next run puts them, the one that has ended below, faintly."""
+        scenario, shown = self._study.scenario, self._panels.map
+        self._last_frame = 0.0, None
+        shown.put_aside()
+        shown.show_team(scenario.poses, scenario.altitude)
+        self._show_targets()
+
+    def _show_targets(self):
+        """Show the targets of the scenario, none while there are robots without a controller."""
+        snapshot, derived = self._connection.snapshot(), self._study.edited.derived
+        self._panels.map.show_targets(derived.targets if snapshot is None else None)
 
     def _passed(self, until):
         """Return the samples between the last picture and ``until`` [s], thinned; None in slow runs."""
@@ -158,8 +187,8 @@ class LiveRun:
         control, panels = self._connection.newest("control"), self._panels
         if not self._connection.is_fresh("control"):
             panels.banners.clear("warnings")
-            if self._last_control is not None and self._connection.is_fresh("state"):
-                panels.map.show_targets(None)  # no controller, no targets
+            if self._last_control is not None:
+                self._show_targets()
                 self._last_control = None
             return
         if control is self._last_control:

@@ -15,6 +15,7 @@ from mrs_simulator.sensors.state import State
 
 AHEAD = 2  # [-] cells ahead on its way that a robot heads for
 PATIENCE = 1.0  # [s] between two plans
+ALL_ROUND = 6.2  # [rad] from the first to the last ray, from which on a laser looks everywhere
 LOOKS = 2.0  # [1/s] looks at which the verdict sees the floor anew
 
 
@@ -151,6 +152,13 @@ class Exploration(PioneerControl):
         walls = Condition("a floor", bool(self.obstacles), "nothing stands in the scene")
         if not walls.holds:
             return [walls]
+        views = [each.settings.last - each.settings.first for each in self._scanners()]
+        turning = self.fidelity != "point_mass" and bool(np.all(self.team.lead(self.l)))
+        looks = Condition(
+            "lasers that look ahead",
+            turning or min(views) >= ALL_ROUND,
+            "points and bases that keep their headings look one way alone",
+        )
 
         def share(run):
             least = self._seconds(run)
@@ -159,7 +167,7 @@ class Exploration(PioneerControl):
             return float(self.shares(run)[1][-1])
 
         name = "share of the floor that is seen [-]"
-        return [walls, Claim(name, self.wanted, 0.0, share, "at least")]
+        return [walls, looks, Claim(name, self.wanted, 0.0, share, "at least")]
 
     def _seconds(self, run):
         """Return in what time [s] the team would sweep the floor, each robot half of what it reaches."""

@@ -377,6 +377,11 @@ class SensedFollowing(Sensing):
             Condition("two robots", len(start) > 1, "none follows"),
             Condition("gain Tc < 1", self.gain * self.period < 1.0, "robots overshoot"),
             Condition("a circle wide enough", ranges is not None, "followers stop within it"),
+            Condition(
+                "headings that follow the way",
+                bool(self.turn == 0.0 or (self.fidelity != "point_mass" and self._leads.all())),
+                "points and bases that keep their headings drive no circle",
+            ),
             self._unbiased(),
         ]
         if not all(condition.holds for condition in conditions):

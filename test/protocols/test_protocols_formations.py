@@ -13,6 +13,7 @@ from mrs_simulator.protocols.shapes import law as library
 from mrs_simulator.protocols.shapes.energies import length_energy
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.study.results.report import judged
+from mrs_simulator.study.run.simulating import simulate
 
 SHIPPED = {
     "displacement_formation": library.DisplacementFormation,
@@ -150,6 +151,30 @@ def test_the_bound_on_the_gain_is_sharp(start, share, settles):
     gain = share * 2.0 / (0.02 * 4.0)
     end = held(lambda p: laws.displacement_formation(p, places, ring), start, gain, 0.02, 600)
     assert (laws.scale(end - places) < 1e-6) == settles
+
+
+def test_the_scale_grows_by_held_commands_within_the_bound():
+    """From a start far from the shape it grows by over 1 %, of which the claim knows."""
+    control = make_control(as_points(shipped("bearing_formation")))
+    points = begun = np.random.default_rng(4).uniform(-6.0, 6.0, (6, 2))
+    for _ in range(3000):
+        points = points + control.period * control.pointMassLaw(points)
+    grown = laws.scale(points) / laws.scale(begun) - 1.0
+    (claim,) = [c for c in control.claims(begun) if c.name.startswith("drift of the scale")]
+    assert 0.01 < grown < claim.tolerance < 0.06
+
+
+@pytest.mark.parametrize("seed", [6, 20])
+def test_lengths_decay_at_the_rate_of_their_slowest_mode(seed):
+    """From a start of which other modes are larger for most of the run."""
+    scenario = as_points(shipped("distance_formation"))
+    random = np.random.default_rng(seed)
+    scenario = scenario._replace(
+        poses=np.column_stack([random.uniform(-7, 7, (6, 2)), np.zeros(6)])
+    )
+    run = simulate(scenario.changed(duration=120.0))
+    rate = check(run.verdict, "decay rate over theory's [-]")
+    assert rate["passed"] and rate["measured"] == pytest.approx(1.0, abs=0.01)
 
 
 def test_a_point_mass_formation_follows_its_exact_prediction(tmp_path):

@@ -94,6 +94,18 @@ def length_excess(points, places, topology):
     return np.sum((points[:, receiver] - points[:, sender]) ** 2, axis=-1) - wanted
 
 
+def lengthening(points, modes, topology):
+    """Return ``a_ij p_ij . (v_i - v_j)``, (arcs, k) [m], of ``modes`` v (d n, k) of ``points`` (n, d).
+
+    Of modes of :func:`distance_hessian`: the :func:`length_excess` that decays with each is along it.
+    """
+    receiver, sender, weight = topology.arcs
+    along = points[receiver] - points[sender]
+    moved = modes.reshape(points.shape + (-1,))
+    apart = moved[receiver] - moved[sender]
+    return weight[:, np.newaxis] * np.einsum("ad,adk->ak", along, apart)
+
+
 def distance_hessian(points, topology):
     """Return the Hessian of the potential where all lengths are right, (d n, d n) [m^2].
 

@@ -51,6 +51,11 @@ from mrs_simulator.protocols.shapes.published import (
 LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
 FLAT = 1e-6  # [m] of a singular value of points, below which they lie in fewer dimensions
 FAR = 1e-3  # [-] by which a bearing between leaders may be off
+RIGID = 1e-6  # [-] of the largest eigenvalue, below which a mode leaves lengths as they are
+LINEAR = (
+    1e-2  # [-] of the squares of lengths, by which they may be off where modes decay one by one
+)
+ALIKE = 1e-6  # [-] by which eigenvalues of one mode may differ
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
 SHAPE = Parameter("shape", "circle", choices=laws.SHAPES, meaning="the formation's shape")
@@ -303,17 +308,29 @@ class DistanceFormation(Shaped):
     def _rate(self, run):
         """Return the decay rate of the lengths over that about the shape which was reached.
 
-        A shape may be reached turned over in parts, with all lengths right and another rate.
+        A shape may be reached turned over in parts, with all lengths right and another rate.  It is that of
+        the lengths' slowest mode.
         """
-
-        def excess(hand):
-            return np.linalg.norm(laws.length_excess(hand, self.places(), self.topology), axis=1)
-
-        sizes = by_sample(excess)(run.hand)
-        if not np.isfinite(sizes).all():
+        matrix = self.gain * laws.distance_hessian(run.hand[-1], self.topology)
+        values, modes = np.linalg.eigh(matrix) if np.isfinite(matrix).all() else (np.zeros(1), None)
+        stiff = values > RIGID * values.max(initial=0.0)
+        if not stiff.any():
             return None
-        measured = decay_rate(run.time, sizes)
-        near = linear_theorem(self.gain * laws.distance_hessian(run.hand[-1], self.topology))
+        slowest = modes[:, stiff & (values < values[stiff].min() * (1.0 + ALIKE))]
+        patterns = laws.lengthening(run.hand[-1], slowest, self.topology)
+
+        places, topology = self.places(), self.topology
+
+        def excesses(hand):
+            excess = laws.length_excess(hand, places, topology)
+            return np.linalg.norm(excess, axis=1), np.linalg.norm(excess @ patterns, axis=1)
+
+        whole, slow = by_sample(lambda hand: np.transpose(excesses(hand)))(run.hand).T
+        linear = np.flatnonzero(whole <= LINEAR * excesses(np.zeros_like(run.hand[:1]))[0])
+        if not len(linear):
+            return None
+        measured = decay_rate(run.time[linear[0] :], slow[linear[0] :])
+        near = linear_theorem(matrix)
         return measured / near.held_rate(self.period) if measured and near.rate else None
 
 
@@ -366,8 +383,9 @@ class BearingFormation(Shaped):
         matrix = laws.bearing_laplacian(limit, topology, over_length=True)
         conditions += gain_conditions(self.gain, self.period, np.linalg.eigvalsh(matrix))
         size = laws.scale(start)
+        share = allowed.share + self._growth(start, limit)
         # A scale that is off by a share moves the outermost robot by that share.
-        reach = allowed.place + allowed.share * np.linalg.norm(limit - limit.mean(0), axis=1).max()
+        reach = allowed.place + share * np.linalg.norm(limit - limit.mean(0), axis=1).max()
 
         def relative_scale(hand):
             return laws.scale(hand) / size
@@ -376,7 +394,7 @@ class BearingFormation(Shaped):
             bearing_error(places, topology, allowed.share),
             converges_to(limit, reach, "distance from place [m]", free=True),
             invariant(centroid, allowed.drift, "drift of the centroid [m]"),
-            invariant(relative_scale, allowed.share, "drift of the scale [-]"),
+            invariant(relative_scale, share, "drift of the scale [-]"),
             rate(
                 linear_theorem(self.gain * matrix).held_rate(self.period),
                 by_sample(self._bearing_distance),
@@ -385,6 +403,27 @@ class BearingFormation(Shaped):
             ),
         ]
         return conditions + without_rates(claims, self.fidelity)
+
+    def _growth(self, start, limit):
+        """Return by which share held commands let the scale grow at most, inf where they may for ever.
+
+        Velocities are across ``p - c``: a command adds ``Tc^2 |u|^2`` to the squared scale.  With s_ij
+        the sine between a bearing and the wanted one, p* the points of ``limit``, l* their distances and
+        lambda the largest eigenvalue of the Laplacian with the weights ``a_ij/l_ij*``,
+
+            V = |p - p*|^2/2,   V' = -gain sum a_ij l_ij* s_ij^2,   |u|^2 <= -V' gain lambda,
+
+        so that all commands add ``q/(2 - q) |p(0) - p*|^2`` at most, with ``q = Tc gain lambda``.
+        """
+        receiver, sender, weight = self.topology.arcs
+        weight = weight / np.linalg.norm(limit[receiver] - limit[sender], axis=1)
+        laplacian = np.diag(np.bincount(receiver, weight, len(limit)))
+        laplacian[receiver, sender] -= weight
+        q = self.period * self.gain * np.linalg.eigvalsh(laplacian).max()
+        if q >= 2.0:
+            return np.inf
+        added = q / (2.0 - q) * np.sum((start - limit) ** 2) / laws.scale(start) ** 2
+        return float(np.sqrt(1.0 + added) - 1.0)
 
     def _bearing_distance(self, hand):
         off = laws.bearings(hand, self.topology) - laws.bearings(self.places(), self.topology)

@@ -83,7 +83,7 @@ class Bench:
         poses = [[10.0 * i, 0.0, 0.0] for i in range(len(kinds))] if poses is None else poses
         self.world = World(kinds, poses, fidelity=fidelity, z=z)
         self.drivers = PRESETS[preset].drivers(self.world, AtOnce())
-        self.drivers.follow_team()
+        self.drivers.follow_team(None)
 
     def send(self, name, message=None, **fields):
         self.wire.topics[name](Empty() if message is None else message(**fields))

@@ -278,15 +278,15 @@ def topics(monkeypatch):
     monkeypatch.setattr(FakePublisher, "made", {})
     monkeypatch.setattr(sensor_topics, "prompt_publisher", FakePublisher)
     world = CountedWorld(World.from_scenario(scenario()))
-    topics = sensor_topics.SensorTopics(Frames())
-    topics.follow_team(scenario(), world)
+    topics = sensor_topics.SensorTopics(world, Frames())
+    topics.follow_team(scenario())
     return topics, world, FakePublisher.made
 
 
 def run(topics, world, steps):
     for _ in range(steps):
         world.step()
-        topics.publish(world)
+        topics.after_step()
 
 
 def test_nobody_is_read_while_nobody_listens(topics):
@@ -342,7 +342,8 @@ def test_a_team_has_the_topics_of_its_sensors(topics):
     ) not in told
     assert {"/robot1/sonar_pointcloud2", "/robot1/bumper_state", "/robot1/front_range"} <= set(made)
     less = scenario(sensors=[], poses=[[0.0, 0.0, 0.0]])
-    topics.follow_team(less, World.from_scenario(less))
+    world._world = World.from_scenario(less)
+    topics.follow_team(less)
     left = {name for name, each in made.items() if not each.closed}
     assert left == {"/robot1/sonar", "/robot1/sonar_pointcloud2"}
 
@@ -350,7 +351,7 @@ def test_a_team_has_the_topics_of_its_sensors(topics):
 def test_a_sensor_named_as_a_topic_of_the_robots_own_is_refused(topics):
     wrong = scenario(sensors=[{"mounts": {"odom": {"type": "compass"}}}])
     with pytest.raises(ValueError, match="robot1: a sensor called odom"):
-        topics[0].follow_team(wrong, topics[1])
+        topics[0].follow_team(wrong)
 
 
 def test_rates_that_are_not_kept_are_said(topics, monkeypatch):
@@ -358,7 +359,7 @@ def test_rates_that_are_not_kept_are_said(topics, monkeypatch):
     made["/robot1/laser"].heard = 1
     topics.peer_subscribe()
     assert topics.slow(1.0, 1.0) == []  # nobody is read yet
-    topics.publish(world)
+    topics.after_step()
     made["/robot1/laser"].impl = type("", (), {"connections": [type("", (), {"left_out": 3})]})
     late, lost = topics.slow(1.0, 0.6)
     assert late == "laser: 6 Hz of wall time, wanted 10: simulated time is late"

@@ -28,7 +28,7 @@ class ArmTopics(StagePart):
         self._can_hear = _are_there(TRAJECTORIES)
         self._outcomes = {}  # by row: None while it goes on, "" when it has ended, else why it did not
 
-    def follow_team(self):
+    def follow_team(self, scenario):
         """Open the topics of the world's robots, instead of those before."""
         for topic in self._open:
             topic.unregister()
@@ -67,7 +67,7 @@ class ArmTopics(StagePart):
         with self._lock:
             self._asked[row], self._outcomes[row] = message, None
 
-    def joined(self, rows, commands):
+    def taken(self, rows, commands):
         """Return ``commands`` (m, a) of the bases of robots ``rows`` with those of their arms, (m, a + k).
 
         Of arms without a command they are as before.

@@ -21,7 +21,7 @@ class FlightServices(StagePart):
         self._height = read(TAKEOFF_HEIGHT)
         self._services = {}
 
-    def follow_team(self):
+    def follow_team(self, scenario):
         """Open or withdraw services, so that every simulated robot that flies has its own."""
         team = self._world.team
         flying = {row for row in range(team.n) if team.airborne[row]} - self._absent

@@ -4,25 +4,28 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.kinematics import TWIST_AXES
+from mrs_simulator.nodes.stage.part import StagePart
 
 
-class Unobeyed:
+class Unobeyed(StagePart):
     """Takes from the Twists that came what each robot obeys."""
 
-    def __init__(self):
-        self._team, self._said = None, set()
+    def __init__(self, world):
+        self._world, self._team, self._said = world, None, set()
         self.counts = np.zeros(0, dtype=int)  # of commands by robot
 
-    def begin(self, team):
-        """Count anew, for the robots of ``team``."""
+    def follow_team(self, scenario):
+        """Count anew, for the world's robots."""
+        team = self._world.team
         team = team.bases if team.has_arms else team  # arms obey no Twist
         self._team, self.counts, self._said = team, np.zeros(team.n, dtype=int), set()
         self._columns = [TWIST_AXES.index(axis) for axis in team.axes]
         self._obeyed = np.zeros((team.n, len(TWIST_AXES)), dtype=bool)
         self._obeyed[:, self._columns] = team.robot_axes
 
-    def taken(self, rows, twists):
-        """Return the commands (m, a) that robots ``rows`` obey of ``twists`` (m, 6)."""
+    def taken(self, rows, commands):
+        """Return the commands (m, a) that robots ``rows`` obey of the Twists ``commands`` (m, 6)."""
+        twists = commands
         left_out = (twists != 0.0) & ~self._obeyed[rows]
         if left_out.any():
             self._note(np.asarray(rows), left_out)

@@ -17,7 +17,7 @@ class LoadTopics(StagePart):
         self._world, self._frame = world, frame
         self._pose, self._wrenches = None, []
 
-    def follow_team(self):
+    def follow_team(self, scenario):
         """Open the topics of the world's load and robots, instead of those before."""
         for topic in [self._pose, *self._wrenches]:
             if topic is not None:

@@ -5,10 +5,11 @@ import math
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.scenario.surroundings.grids import scene_grid
 
 
-class MapTopics:
+class MapTopics(StagePart):
     """Publishes what stands in a scenario's scene, if anything does."""
 
     def __init__(self, scenario, frame, stamp):

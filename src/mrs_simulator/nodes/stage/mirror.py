@@ -6,6 +6,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.nodes.control.common_frame import make_common_frame
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.ros.message_forms.messages import ControlStatus, read_control_status
 from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, QuickTwist
 from mrs_simulator.scenario.scenario import FARTHEST
@@ -13,16 +14,16 @@ from mrs_simulator.scenario.scenario import FARTHEST
 REST = (0.0, 0.0, 0.0)  # a body's twist
 
 
-class Mirror:
+class Mirror(StagePart):
     """Where the real robots are, put by subscriber threads, taken by the main loop.
 
     Their poses are those of a control node's common frame.  One that jumped stays where it was until
     a person goes on: starts the controller, resets the stage or gives it a team.
     """
 
-    def __init__(self, rows, scenario):
-        """``rows``: those of the robots of ``scenario`` that are real."""
-        self.rows = frozenset(rows)
+    def __init__(self, world, rows, scenario):
+        """``rows``: those of the robots of ``scenario`` that are real, bodies of ``world``."""
+        self._world, self.rows = world, frozenset(rows)
         self._twists = {}  # newest body twists by row
         self._running = False
         self.frame = None
@@ -37,15 +38,19 @@ class Mirror:
         if all(map(math.isfinite, message.body)):
             self._twists[row] = message.body
 
-    def place(self, world):
-        """Put the real robots of ``world`` where they are; one that is silent or jumped at rest."""
+    def before_step(self):
+        """Put the real robots of the world where they are; one that is silent or jumped at rest."""
         if self.frame is None:
             return
         lost, rows = {*self.silent(), *self.jumps()}, self.frame.rows
         twists = [REST if row in lost else self._twists.get(row, REST) for row in rows]
         poses = self.frame.pose()
         known = (np.abs(poses) <= FARTHEST).all(axis=1)  # nor NaN, before the first message
-        world.place(np.array(rows)[known], poses[known], np.array(twists)[known])
+        self._world.place(np.array(rows)[known], poses[known], np.array(twists)[known])
+
+    def idle(self):
+        """Put the real robots where they are: they know no pause."""
+        self.before_step()
 
     def silent(self):
         """Return the rows, ascending, of the real robots that were silent for longer than allowed."""
@@ -57,10 +62,10 @@ class Mirror:
         texts = self.frame.jump_texts() if self.frame else {}
         return {self.frame.rows[at]: text for at, text in texts.items()}
 
-    def begin_at(self, poses):
-        """Follow all robots from where they are; ``poses`` (n, 3): the team's initial ones."""
+    def follow_team(self, scenario):
+        """Follow all robots from where they are."""
         if self.frame:
-            self.frame.begin_at(poses)
+            self.frame.begin_at(scenario.poses)
             self.frame.accept()
 
     def _on_control(self, status):

@@ -1,12 +1,43 @@
 """The parts of a stage."""
 
+from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
+from mrs_simulator.nodes.stage.ignored_axes import Unobeyed
 from mrs_simulator.nodes.stage.load_topics import LoadTopics
+from mrs_simulator.nodes.stage.map_topics import MapTopics
+from mrs_simulator.nodes.stage.mirror import Mirror
+from mrs_simulator.nodes.stage.scenario_topic import ScenarioTopic
+from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
+from mrs_simulator.nodes.stage.status import StatusTopic
+from mrs_simulator.nodes.stage.window import Window
+from mrs_simulator.nodes.stage.world_topics import WorldTopics
 
 
-def parts_of(stage, absent):
-    """Return the parts of ``stage``, each a ``StagePart``; ``absent``: rows of robots that are real."""
-    world = stage.world
-    parts = [stage.drivers] if stage.drivers else []
-    parts += [stage.arms, LoadTopics(world, stage.frames.world)]
-    return [*parts, FlightServices(world, stage.requests, absent=absent)]
+def make_parts(stage, preset, real):
+    """Return the ``WorldTopics`` of ``stage``, its drivers or None, and all its parts in their order.
+
+    ``preset``: a ``Preset`` or None; ``real``: rows of robots that are real.  Sensors come before
+    odometry: a node that waits for that has received them then.
+    """
+    world, inbox, frames = stage.world, stage.inbox, stage.frames
+    mirror = Mirror(world, real, stage.scenario)
+    sensors = SensorTopics(world, frames, real)
+    odometry = (preset and preset.odometry) or stage.scenario.odometry
+    topics = WorldTopics(world, frames, inbox, odometry, mirror, sensors.fixed_frames)
+    drivers = preset and preset.drivers(world, stage.requests, absent=real)
+    unobeyed = Unobeyed(world)
+    parts = [
+        mirror,
+        sensors,
+        topics,
+        *([drivers] if drivers else []),
+        unobeyed,
+        ArmTopics(world, inbox),
+        LoadTopics(world, frames.world),
+        FlightServices(world, stage.requests, absent=real),
+        ScenarioTopic(stage.stands_for),
+        MapTopics(stage.scenario, frames.world, topics.stamp()),
+        StatusTopic(stage, mirror, sensors, unobeyed),
+        Window(world),
+    ]
+    return topics, drivers, parts

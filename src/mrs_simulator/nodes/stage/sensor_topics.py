@@ -6,6 +6,7 @@ import time
 import rospy
 from std_msgs.msg import Header
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.nodes.stage.world_topics import stamp_at
 from mrs_simulator.ros.message_forms.sensor_forms.form import BASE, OPTICAL, OPTICAL_FRAME, OWN
 from mrs_simulator.ros.message_forms.sensor_messages import forms_of, topic_of
@@ -18,12 +19,12 @@ LATELY = 5.0  # [s] of wall time
 MOST_TOLD = 8  # [-] texts in one status
 
 
-class SensorTopics(rospy.SubscribeListener):
+class SensorTopics(StagePart, rospy.SubscribeListener):
     """``/robotN/SENSOR`` of every sensor of the simulated robots."""
 
-    def __init__(self, frames, absent=()):
+    def __init__(self, world, frames, absent=()):
         """``frames``: ``robot_topics.Frames``; ``absent``: rows of robots whose sensors are real."""
-        self._frames, self._absent = frames, frozenset(absent)
+        self._world, self._frames, self._absent = world, frames, frozenset(absent)
         self._topics = {}  # by name and class of message
         self._of = {}  # lists of them by row and mount
         self._suite = None
@@ -31,10 +32,10 @@ class SensorTopics(rospy.SubscribeListener):
         self._published = {}  # reading that was published last, by sensor
         self.counts = {}  # readings that were published so far, by the sensors' names
 
-    def follow_team(self, scenario, world):
-        """Open or withdraw topics, so that every robot of ``world`` has those of its sensors."""
-        self._suite = Suite.of_scenario(scenario, *world.senses)
-        wanted = self._wanted(world.team)
+    def follow_team(self, scenario):
+        """Open or withdraw topics, so that every robot of the world has those of its sensors."""
+        self._suite = Suite.of_scenario(scenario, *self._world.senses)
+        wanted = self._wanted(self._world.team)
         for key in set(self._topics).difference(wanted):
             self._topics.pop(key).close()
         self._of = {}
@@ -42,7 +43,7 @@ class SensorTopics(rospy.SubscribeListener):
             topic = self._topics[key] = self._topics.get(key) or _Topic(*key, self)
             topic.publishes(form, self._frame(row, form))
             self._of.setdefault((row, form.mount.name), []).append(topic)
-        self.begin(world)
+        self._begin()
 
     def _wanted(self, team):
         """Return ``(row, form)`` by name of the topic and class of message."""
@@ -78,9 +79,13 @@ class SensorTopics(rospy.SubscribeListener):
                 found.append((own, own + OPTICAL_FRAME, (0.0, 0.0, 0.0, *form.optics)))
         return found
 
-    def begin(self, world):
-        """Begin a run at the present step of ``world``."""
-        self._suite.begin(world.steps)
+    def begin_run(self):
+        """Publish what is known at the world's present step, from which samples are counted."""
+        self._begin()
+        self.after_step()
+
+    def _begin(self):
+        self._suite.begin(self._world.steps)
         self._published, self._changed = {}, True
 
     # Called by threads of rospy.
@@ -92,11 +97,16 @@ class SensorTopics(rospy.SubscribeListener):
         """Note that a subscriber left."""
         self._changed = True
 
-    def publish(self, world):
-        """Publish what has become known by the present step of ``world``."""
+    def idle(self):
+        """Publish to new subscribers what is known."""
+        self.after_step()
+
+    def after_step(self):
+        """Publish what has become known by the world's present step."""
+        world = self._world
         if self._changed:
             self._changed = False
-            self._heed_listeners(world)
+            self._heed_listeners()
         if self._suite.is_idle:
             return
         self._suite.update(world.steps, world.sensed)
@@ -113,9 +123,9 @@ class SensorTopics(rospy.SubscribeListener):
             if topic.has_subscribers:
                 topic.repeat()
 
-    def _heed_listeners(self, world):
+    def _heed_listeners(self):
         """Read what has subscribers now, and publish to new ones what is known already."""
-        wanted, new = self._listened()
+        world, (wanted, new) = self._world, self._listened()
         self._suite.activate_from(wanted, world.steps, world.sensed)
         active = self._suite.active
         self._published = {

@@ -69,9 +69,8 @@ class StageServices:
         if len(request.robots) > self._most_robots:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
-        team = with_robots(stage.scenario, request.robots, stage.scenario_topic.stands_for)
+        team = with_robots(stage.scenario, request.robots, stage.stands_for)
         stage.world.set_team(Team.from_scenario(team), team.poses, team.altitude)
         stage.scenario = team
         stage.after_change()
-        stage.window.reopen()
         return "{} robots".format(stage.world.n)

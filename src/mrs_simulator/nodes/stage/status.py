@@ -5,6 +5,7 @@ import time
 import numpy as np
 import rospy
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.nodes.stage.world_topics import publisher
 from mrs_simulator.ros.message_forms.messages import StageStatus, stage_status
 from mrs_simulator.ros.node.diagnostics import Diagnostics, Rates, sensors_health, stage_health
@@ -20,18 +21,20 @@ def named(rows):
     return shown + (" and {} more".format(more) if more > 0 else "")
 
 
-class StatusTopic:
+class StatusTopic(StagePart):
     """The topic ``~status`` of a stage."""
 
-    def __init__(self, stage):
+    def __init__(self, stage, mirror, sensors, unobeyed):
+        """``mirror``, ``sensors``, ``unobeyed``: the parts of ``stage`` that have a share in it."""
         self._stage, self._last = stage, 0.0  # [s] of wall time
+        self._mirror, self._sensors, self._unobeyed = mirror, sensors, unobeyed
         self._publisher = publisher("~status", StageStatus, queue_size=1)
         self._real_silent, self._jumped = [], frozenset()
-        self.begin()
+        self._silent, self._refused = set(), np.zeros(0, dtype=int)
         self._facts, self._sensor_rates = None, Rates()  # of the last status
         self._diagnostics = Diagnostics(self._health)
 
-    def begin(self):
+    def follow_team(self, scenario):
         """Begin anew, with robots of which none is silent, nor any command refused."""
         self._silent, self._refused = set(), np.zeros(self._stage.world.n, dtype=int)
 
@@ -57,7 +60,7 @@ class StatusTopic:
 
     def _say_who_is_lost(self):
         """Log the real robots that fell silent or jumped."""
-        mirror = self._stage.mirror
+        mirror = self._mirror
         lost, jumps = mirror.silent(), mirror.jumps()
         new = [row for row in lost if row not in self._real_silent]
         if new:
@@ -68,7 +71,7 @@ class StatusTopic:
             rospy.logerr("stage: %s: %s", jumps[row], go_on)
         self._real_silent, self._jumped = sorted({*lost, *jumps}), frozenset(jumps)
 
-    def publish(self):
+    def show(self):
         """Publish the stage's status where its period is over, and log what has changed."""
         if time.monotonic() - self._last < STATUS_PERIOD:
             return
@@ -97,7 +100,7 @@ class StatusTopic:
             waiting_for=[row + 1 for row in waiting],
             timed_out=[row + 1 for row in sorted(self._silent)],
             refused=world.commands.refused.tolist(),
-            unobeyed=stage.unobeyed.counts.tolist(),
+            unobeyed=self._unobeyed.counts.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
             missed_periods=stage.round_trips.missed,
             command_periods=stage.round_trips.periods,
@@ -105,13 +108,13 @@ class StatusTopic:
             incidents=stage.topics.incidents,
             flight=[states.get(row, "") for row in range(world.n)] if states else [],
             closest_approach=world.contacts.measure(),
-            slow_sensors=stage.sensors.slow(stage.pacer.speed, stage.pacer.real_time_factor),
+            slow_sensors=self._sensors.slow(stage.pacer.speed, stage.pacer.real_time_factor),
         )
 
     def _health(self):
         """Return how the stage and the sensors are, for ``/diagnostics``."""
         if self._facts is None:
             return []
-        rates = self._sensor_rates.of(dict(self._stage.sensors.counts))
+        rates = self._sensor_rates.of(dict(self._sensors.counts))
         slow = self._facts["slow_sensors"]
         return [stage_health(self._facts), sensors_health(rates, slow)]

@@ -2,31 +2,34 @@
 
 import time
 
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.ros.node.node_parameters import VIEW
 from mrs_simulator.ros.node.parameters import read
 
 PERIOD = 0.05  # [s] of wall time between two pictures
 
 
-class Window:
+class Window(StagePart):
     """Shows the world where the parameter ``~view`` asks for it, until the user closes it."""
 
     def __init__(self, world):
-        self._world, self._view, self._last = world, None, 0.0
-        if read(VIEW):
-            self._open()
+        self._world, self._last = world, 0.0
+        self._view, self._team = None, None  # the team that it shows
+        self._is_wanted = read(VIEW)
 
-    def _open(self):
-        from mrs_simulator.world.rendering.view import View  # pybullet only where it is used
-
+    def follow_team(self, scenario):
+        """Show the robots that the world has now, if they are others."""
         world = self._world
-        self._view = View(world.team, world.pose, world.obstacles, window=True)
-
-    def reopen(self):
-        """Show the robots that the world has now."""
+        if not self._is_wanted or self._team is world.team:
+            return
         if self._view is not None:
             self._view.close()
-            self._open()
+        from mrs_simulator.world.rendering.view import View  # pybullet only where it is used
+
+        self._view, self._team = (
+            View(world.team, world.pose, world.obstacles, window=True),
+            world.team,
+        )
 
     def show(self):
         """Bring the window up to date at a display's rate."""
@@ -37,4 +40,4 @@ class Window:
         if self._view.open:
             self._view.show(self._world.pose, self._world.spatial, self._world.time)
         else:
-            self._view = None  # the user closed it
+            self._view, self._is_wanted = None, False  # the user closed it

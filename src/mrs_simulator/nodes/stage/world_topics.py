@@ -7,8 +7,11 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
+from mrs_simulator.nodes.stage.mirror import RealTopics
+from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.nodes.stage.robot_topics import (
     AnswersTopic,
+    RobotTopics,
     TeamTopics,
     TruePose,
     full_covariances,
@@ -30,20 +33,21 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import CLOCK_START
 from mrs_simulator.world.wheel_odometry.covariance import OdometryCovariance
 
 
-class WorldTopics:
+class WorldTopics(StagePart):
     """Publishes what it sees of a world; it changes nothing there."""
 
-    def __init__(self, world, frames, inbox, real, topics_of, fixed=list):
+    def __init__(self, world, frames, inbox, odometry, mirror, fixed):
         """``world`` is looked at whenever something is published; ``frames``: ``robot_topics.Frames``.
 
-        ``real``: rows of the robots that are real, whose odometry and transforms are not published
-        here; ``topics_of(row)`` makes a robot's own topics; commands for all robots go to ``inbox``;
-        ``fixed()`` returns further frames, as ``SensorTopics.fixed_frames`` does.
+        ``odometry``: whose robots publish, "world", "wheel", or of a driver, "rosaria"; ``mirror``: the
+        ``Mirror`` of those that are real, whose odometry and transforms are not published here; commands
+        go to ``inbox``; ``fixed()`` returns further frames, as ``SensorTopics.fixed_frames`` does.
         """
         self._fixed = fixed
         self._sure, self._sure_at = None, 0.0  # OdometryCovariance, and its time [s]
         self._world, self._frames = world, frames
-        self._real, self._topics_of = real, topics_of
+        self._inbox, self._odometry = inbox, odometry
+        self._mirror, self._real = mirror, mirror.rows
         self.robots = []
         self._pose_topic = read(TRUE_POSE_TOPIC)
         self._true_poses = {}  # TruePose by row
@@ -58,13 +62,13 @@ class WorldTopics:
         self._collision = publisher("~collisions", Collision, queue_size=1000)
         self._incident = publisher("~incidents", Incident, queue_size=1000)
         # Real robots have topics of their own only.
-        self.team_topics = None if real else TeamTopics(inbox)
+        self.team_topics = None if mirror.rows else TeamTopics(inbox)
         self._answers = AnswersTopic(inbox.answers)
 
-    def follow_team(self, errors=None):
+    def follow_team(self, scenario):
         """Open or withdraw robots' own topics, so that every robot of the world has its own.
 
-        ``errors``: ``OdometryErrors`` by which odometry states its covariance, None for always alike.
+        Wheel odometry states its covariance by the errors of ``scenario``.
         """
         while len(self.robots) > self._world.n:
             self.robots.pop().close()
@@ -73,8 +77,15 @@ class WorldTopics:
         self._follow_true_poses()
         self._publish_static_transforms()
         world, self._sure_at = self._world, self._world.time
-        known = world.team, errors, world.pose, world.estimates.odometry()
-        self._sure = None if errors is None else OdometryCovariance(*known)
+        self._sure = None
+        if self._odometry == "wheel" and scenario.odometry_errors is not None:
+            known = world.pose, world.estimates.odometry()
+            self._sure = OdometryCovariance(world.team, scenario.odometry_errors, *known)
+
+    def _topics_of(self, row):
+        if row in self._real:
+            return RealTopics(row, self._inbox, self._mirror)
+        return RobotTopics(row, self._inbox, self._odometry, self._frames)
 
     def _follow_true_poses(self):
         wanted = set(range(self._world.n)).difference(self._real) if self._pose_topic else set()

@@ -72,7 +72,7 @@ class PresetDrivers(StagePart):
         if self.left_out:
             rospy.logwarn("stage: %s", self.left_out)
 
-    def follow_team(self):
+    def follow_team(self, scenario):
         """Open or withdraw topics and services, so that every robot behind this interface has its own."""
         rows = set(rows_of(self.world.team, self.DRIVE, self._absent))
         for row in list(self._open):
@@ -90,10 +90,6 @@ class PresetDrivers(StagePart):
     def open_robot(self, row):
         """Return the publishers, subscribers and services of robot ``row``."""
         raise NotImplementedError
-
-    def taken(self, rows, twists):
-        """Return the Twists (m, 6) that robots ``rows`` obey of those that came by their ``cmd_vel``."""
-        return twists
 
     def command(self, rows, commands):
         """Give the world's robots ``rows`` (m,) the commands (m, a) that came by ``/robotN/cmd_vel``.

@@ -65,7 +65,7 @@ class Drivers(StagePart):
         self._world, self._requests, self._absent = world, requests, set(absent)
         self._motors = {}
 
-    def follow_team(self):
+    def follow_team(self, scenario):
         """Open or withdraw topics and services, so that every simulated robot has its own."""
         n = self._world.n
         for row in [row for row in self._motors if row >= n]:
@@ -73,13 +73,6 @@ class Drivers(StagePart):
         for row in range(n):
             if row not in self._motors and row not in self._absent:
                 self._motors[row] = Motors(row, self._switch, self._requests)
-
-    def taken(self, rows, twists):
-        """Return the Twists (m, 6) that robots ``rows`` obey: all."""
-        return twists
-
-    def advance(self):
-        """Nothing is due before a step."""
 
     def report(self, stamp, rows):
         """Only odometry is published."""

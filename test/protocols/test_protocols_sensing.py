@@ -149,6 +149,19 @@ def test_a_team_looks_at_a_whole_floor(tmp_path):
     assert check(verdict, "share of the floor")["measured"] >= 0.99
 
 
+def test_explorers_wait_for_lower_numbers_and_behind_those_who_wait_for_them():
+    control = make_control(shipped("exploration"))
+    hand = np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]])  # robot 3 between 1 and 2
+
+    def waits(*ways):
+        return control._waits(hand, np.array(ways)).tolist()
+
+    west, east, north = [-0.4, 0.0], [0.4, 0.0], [0.0, 0.4]
+    assert waits(north, west, west) == [False, True, True]
+    assert waits(north, west, north) == [False, False, False]
+    assert waits(east, west, east) == [False, False, True]  # 3 for 2; none is lower than 1
+
+
 def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):
     law = "mrs_simulator.protocols.exploration.law.Exploration._towards"
     monkeypatch.setattr(law, lambda control, row, point: np.zeros(2))

@@ -122,11 +122,20 @@ class Exploration(PioneerControl):
         return np.unravel_index(np.argmin(self._goals[row][1]), self._seen.shape)
 
     def _waits(self, hand, u):
-        """Return which robots (n,) bool wait: those that head for one near them with a lower number."""
+        """Return which robots (n,) bool wait: those that head for one near them with a lower number.
+
+        Or for one that waits for a lower number than theirs: so none wait in a circle.
+        """
         way = hand - hand[:, np.newaxis]
         near = np.hypot(way[..., 0], way[..., 1]) < self.apart + self.cell
         heads = np.einsum("ijk,ik->ij", way, u) > 0.0
-        return np.tril(near & heads, -1).any(axis=1)
+        meets = near & heads
+        after = np.tril(meets, -1)
+        first = np.where(
+            after.any(axis=1), after.argmax(axis=1), len(hand)
+        )  # the lowest it waits for
+        behind = np.triu(meets, 1) & (first < np.arange(len(hand))[:, np.newaxis])
+        return (after | behind).any(axis=1)
 
     def _towards(self, row, point):
         """Return the velocity (2,) of a robot on its way."""

@@ -130,13 +130,17 @@ class _Team:
             self.planned = time
         u = np.array([self._ahead(robot, point) for robot, point in enumerate(hand)])
         near = self.law.apart + self.law.cell
-        waits = [
-            any(
-                abs(p - hand[i]) < near and (u[i] * np.conj(p - hand[i])).real > 0 for p in hand[:i]
-            )
-            for i in range(len(hand))
-        ]
-        return np.where(waits, 0.0, u)
+        count = range(len(hand))
+
+        def meets(i, j):
+            way = hand[j] - hand[i]
+            return abs(way) < near and (u[i] * np.conj(way)).real > 0
+
+        def waits(i):
+            before = (j for j in count if j != i and meets(i, j))
+            return any(j < i or any(meets(j, k) for k in range(i)) for j in before)
+
+        return np.where([waits(i) for i in count], 0.0, u)
 
     def _shown(self, pose, scan):
         turn = np.exp(1j * pose[2])

@@ -42,10 +42,9 @@ DYNAMIC_HEADER = """# On full dynamics
 
 The shipped scenarios with robots that have masses, motors, contacts and friction, or hulls and rotors;
 made by `python3 benchmarks/agreement.py --dynamic`, with numbers in brackets as
-[without forces](agreement.md). What robots make of their commands is taken from the record, and the
-published law must show the same when it is given that
-([where tolerances come from](verdict_numbers.md#where-tolerances-come-from)). So robots use
-up nearly all of these tolerances, too, and only a tenth of what points are allowed comes on top.
+[without forces](agreement.md). A tolerance is what held commands and limits are computed to cost, and a bound on
+slip; within it, the published law must show the same when it is given what robots made of their commands
+([where tolerances come from](verdict_numbers.md#where-tolerances-come-from)).
 
 How much slip may cost is not derived. These bounds, beside what held commands and limits cost, are
 round numbers above the worst that was measured over the runs of this table:

@@ -1,3 +1,3 @@
 """The version of mrs_simulator, the same as in package.xml."""
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"

@@ -78,8 +78,8 @@ does not hold, robots touched, limits left no rest of the run, or the run is too
 Bold means outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
 
 Gain, dead time and bias are fitted from samples at 10 Hz. Commands at 50 Hz that jump between samples are
-not in the record: where edges fail or events come nothing is fitted, and noisy sensors may put these fits
-off; with `record_rate: 50` they hold.
+not in the record: where edges fail, events come or sensors are noisy nothing is fitted; with
+`record_rate: 50` it is.
 
 Robots use up nearly all of a tolerance that is computed, since held commands, ramps and limits cost
 them what they cost in the computation; only a tenth of what points are allowed comes on top.

@@ -42,8 +42,9 @@ DYNAMIC_HEADER = """# On full dynamics
 
 The shipped scenarios with robots that have masses, motors, contacts and friction, or hulls and rotors;
 made by `python3 benchmarks/agreement.py --dynamic`, with numbers in brackets as
-[without forces](agreement.md). A tolerance is what held commands and limits are computed to cost, and a bound on
-slip; within it, the published law must show the same when it is given what robots made of their commands
+[without forces](agreement.md). A tolerance is what held commands and limits are computed to cost, and a
+bound on slip; within it, the published law must show the same when it is given what robots made of their
+commands
 ([where tolerances come from](verdict_numbers.md#where-tolerances-come-from)).
 
 How much slip may cost is not derived. These bounds, beside what held commands and limits cost, are

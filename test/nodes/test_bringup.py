@@ -245,14 +245,20 @@ def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
 
 def test_the_recorder_takes_what_the_stage_simulates(ros, tmp_path):
     paper = load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
-    other = tmp_path / "other.yaml"
+    paper = paper.changed(requirements={"slow": "always(speed <= 50 m/s)"})
+    asked, other = tmp_path / "asked.yaml", tmp_path / "other.yaml"
+    asked.write_text(paper.to_yaml())
     other.write_text(paper.overridden(fidelity="point_mass").to_yaml())
     ros.node("stage", "--scenario", other, "_wait_for_recorders:=1", "_speed:=0")
     ros.node("pioneer_control", "--scenario", other)
-    record = ros.node("record", "--duration", "1", "--out", tmp_path / "run")
+    record = ros.node("record", "--scenario", asked, "--duration", "1", "--out", tmp_path / "run")
     ros.judged(record, tmp_path / "run")
     kept = load_scenario(str(tmp_path / "run" / "scenario.yaml"))
     assert (kept.fidelity, kept.duration) == ("point_mass", 1.0)
+    # Requirements are evaluated at each step of the stage, not at what is recorded.
+    (slow,) = json.loads((tmp_path / "run" / "run.json").read_text())["requirements"]
+    assert slow["met"] and slow["period"] == pytest.approx(paper.step) and slow["time"] <= 1.0
+    assert paper.record_period > 2.0 * paper.step
 
 
 @pytest.mark.parametrize("when, code", [(1.0, 1), (0.0, 1)])

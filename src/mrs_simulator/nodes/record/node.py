@@ -39,6 +39,7 @@ from mrs_simulator.state.columns import LOAD
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import begin_run, write_report, write_scenario
 from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.verdict import exit_code, verdict_text
 
 NAP = 0.2  # [s] of wall time
@@ -69,6 +70,7 @@ class RunRecorder:
         if self.sensors:
             self.sensors.wait()  # a stage may begin as soon as its state has subscribers
         self.source = make_source(scenario)
+        self._trace = _trace_of(scenario, self.source)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was commanded to
         self._wall_start = None
@@ -156,6 +158,8 @@ class RunRecorder:
             self._begin(sample)
         # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
         self.elapsed = round(sample.time - self._start, 9)
+        if self._trace is not None and len(sample.pose) == self.scenario.n:
+            self._trace.add(self._recorded(sample))
         if not self._is_due():
             return
         if len(sample.pose) != self.scenario.n:
@@ -167,10 +171,13 @@ class RunRecorder:
         if self.scenario.load is not None and not sample.has(LOAD):
             rospy.logerr_throttle(5.0, "record: the stage has no load, wanted the scenario's")
             return
-        team, l = self.control.team, self._obeyed.hand_length(self.control.l)
-        self._file.sample(self.elapsed, team.recorded(sample, l))
+        self._file.sample(self.elapsed, self._recorded(sample))
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
+
+    def _recorded(self, sample):
+        """Return ``sample`` with the points that the controller controls."""
+        return self.control.team.recorded(sample, self._obeyed.hand_length(self.control.l))
 
     def _is_driven_otherwise(self):
         """Return whether commands are another's, as a joystick's: a controller is there and not started."""
@@ -221,6 +228,9 @@ class RunRecorder:
             meta["incidents"] = incidents
         if not self._moved:  # zeros are what a controller says that never began
             meta["uncommanded"] = True
+        if self._trace is not None and self.control is not None:
+            known = self.scenario, self.control, collisions
+            meta["requirements"] = self._trace.results(*known, begun=self._start)
         recording.write_facts(self._file.path, collisions, meta)
         run = recording.read_run_csv(self._file.path, self.scenario)
         return write_report(run, self.out, control=self.control)
@@ -244,6 +254,17 @@ class RunRecorder:
             self.scenario, self.control = ran, None if unknown else make_control(ran, law)
             write_scenario(ran, self.out)
         return []
+
+
+def _trace_of(scenario, source):
+    """Return the ``StepTrace`` of a stage's run, None of real robots, whose every sample is recorded.
+
+    Nor where requirements are of sensors, whose readings come by themselves.
+    """
+    wanted = scenario.requirements
+    if not wanted or source.PACED or any(each.sensors for each in wanted):
+        return None
+    return StepTrace(wanted)
 
 
 def _report(text):

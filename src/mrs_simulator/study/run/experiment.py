@@ -29,8 +29,8 @@ from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
 from mrs_simulator.study.run.sensor_sizes import with_sizes
 from mrs_simulator.study.run.snapshots import global_streams, kept_of
-from mrs_simulator.study.run.step_trace import StepTrace
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
+from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 from mrs_simulator.world.commands import FASTEST
@@ -74,7 +74,7 @@ class Experiment:
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
         self._recorder = None  # of these sensors
-        self.trace = StepTrace(self) if scenario.requirements else None
+        self.trace = StepTrace(scenario.requirements) if scenario.requirements else None
         self.collisions, self.incidents = [], []
         self.warnings = scenario.warnings() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
@@ -153,7 +153,9 @@ class Experiment:
         if self._step % command_every == 0:
             self._command_all() if commanded else self.halt()
         if self.trace is not None:
-            self.trace.add()
+            world = self.world
+            readings = None if self.sensors.is_idle else self.sensors.readings(world.time)
+            self.trace.add(self.state(world.pose, world.command), readings)
         return self._step % record_every == 0
 
     def halt(self):
@@ -331,6 +333,10 @@ class Experiment:
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
 
+    def requirement_results(self):
+        """Return what became of the scenario's requirements, as ``results.evaluated`` does."""
+        return self.trace.results(self.scenario, self.control, self.collisions)
+
     def _known(self):
         """Return the odometry, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
         pose, z = self.world.estimates.pose(), self.world.estimates.z()
@@ -453,7 +459,7 @@ def facts_of(experiment, recorder, sensors, ended):
     if experiment.incidents:
         facts["incidents"] = experiment.incidents
     if experiment.trace is not None:
-        facts["requirements"] = experiment.trace.results()
+        facts["requirements"] = experiment.requirement_results()
     return facts
 
 

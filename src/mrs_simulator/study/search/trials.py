@@ -67,7 +67,7 @@ def _trial(scenario):
         failed = str(error)
     finally:
         experiment.world.close()
-    results = experiment.trace.results()
+    results = experiment.requirement_results()
     trial = of_results(results)
     if failed is None:
         return trial

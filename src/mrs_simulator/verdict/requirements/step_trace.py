@@ -1,4 +1,4 @@
-"""The states of a headless run at every step of the world, in memory, for its requirements."""
+"""The states of a run at every step of the world, in memory, for its requirements."""
 
 import numpy as np
 
@@ -12,35 +12,34 @@ from mrs_simulator.verdict.requirements.results import evaluated, left_open
 class StepTrace:
     """What requirements are evaluated on: recorded samples may miss what happens between them."""
 
-    def __init__(self, experiment):
-        """Begin a trace of ``experiment``, with no state yet."""
-        self._experiment, self._states = experiment, []
-        wanted = set().union(*(each.sensors for each in experiment.scenario.requirements))
+    def __init__(self, requirements):
+        """Begin a trace for ``requirements``, with no state yet."""
+        self._states = []
+        wanted = set().union(*(each.sensors for each in requirements))
         self._readings = {each: [] for each in sorted(wanted)}
 
-    def add(self):
-        """Keep the state of now."""
-        world = self._experiment.world
-        self._states.append(self._experiment.state(world.pose, world.command).copy())
-        if self._readings:
-            self._add_readings(self._experiment.sensors.readings(world.time))
-
-    def _add_readings(self, newest):
-        """Keep the least of each wanted field of the ``newest`` readings, ``{row: {name: reading}}``."""
+    def add(self, state, readings=None):
+        """Keep the ``state`` at one step, and the newest ``readings``, ``{row: {name: reading}}``."""
+        self._states.append(state.copy())
         for (name, field), values in self._readings.items():
-            values.append([_least(newest[row].get(name), field) for row in sorted(newest)])
+            values.append([_least(readings[row].get(name), field) for row in sorted(readings)])
 
-    def results(self):
-        """Return what became of the requirements, as ``results.evaluated`` does."""
-        experiment = self._experiment
-        scenario, control = experiment.scenario, experiment.control
+    def results(self, scenario, control, collisions, begun=0.0):
+        """Return what became of the requirements of ``scenario``, as ``results.evaluated`` does.
+
+        ``control`` computes signals; ``collisions`` with times since the run began, at ``begun`` [s].
+        """
         if not self._states:
             return left_open(scenario, "the run ended at its first command")
         state = stacked(self._states)
         if not state.has(HAND):
             state = state.replace(hand=hand_points(state.pose, control.l))
-        state = state.replace(robots=np.arange(1, scenario.n + 1))
-        run = Run(**vars(state), collisions=experiment.collisions, scenario=scenario)
+        time, robots = (
+            np.round(state.time - begun, 9) if begun else state.time,
+            np.arange(1, scenario.n + 1),
+        )
+        state = state.replace(time=time, robots=robots)
+        run = Run(**vars(state), collisions=collisions, scenario=scenario)
         run.meta["readings"] = {key: _filled(rows) for key, rows in self._readings.items()}
         return evaluated(control, run.in_space(control.dimension))
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.spatial import upright
-from mrs_simulator.pictures.plan import bodies, kind_plan
+from mrs_simulator.pictures.plan import bodies, kind_plan, obstacle_bodies
+from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene
-from mrs_simulator.pictures.solids import kind_model
+from mrs_simulator.pictures.solids import kind_model, obstacle_models
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.scenario.team.load import Load
 from mrs_simulator.state.columns import LoadState
 from mrs_simulator.state.state_table import StateTable
@@ -100,3 +102,23 @@ def test_every_part_differs_from_a_dark_ground():
     assert np.abs(dark.colours[:-1, :3] - ground).max(axis=1).min() > 0.05
     wheels = ~np.concatenate([kind_plan(each).own | kind_plan(each).arrow for each in team.kinds])
     assert (dark.colours[wheels, :3] > above(team).colours[wheels, :3]).all()
+
+
+@pytest.mark.parametrize("obstacle", [
+    Cylinder("post", 2.0, -1.0, 0.5, 1.0), Box("wall", 1.0, 3.0, 0.7, 9.0, 0.4, 1.0),
+    Box("land", -1.0, 0.0, -0.4, 3.0, 2.0, 0.0),
+])  # fmt: skip
+def test_an_obstacle_covers_what_it_covers_in_space(obstacle):
+    base, text = np.ones(3), np.zeros(3)
+    layer = obstacle_bodies([obstacle], lambda points: points, base, text)
+    assert np.allclose(layer.colours, [[*[0.92 if obstacle.name == "land" else 0.75] * 3, 1.0]])
+    for model, (x, y, yaw) in obstacle_models(obstacle, (0.5, 0.5, 0.5, 1.0)):
+        below = (model.vertices @ about_z([yaw])[0].T)[:, :2] + [x, y]
+        centre = below.mean(axis=0)
+        assert within(layer.points, centre + 0.995 * (below - centre)).all()
+    if obstacle.name == "post":
+        assert np.allclose(np.hypot(*(layer.points - [2.0, -1.0]).T), 0.5)
+
+
+def test_without_obstacles_there_is_nothing_to_paint():
+    assert obstacle_bodies((), lambda points: points, np.ones(3), np.zeros(3)) is None

@@ -1,4 +1,4 @@
-"""The bodies of a scene from straight above, for maps: robots, their arms, their load.
+"""The bodies of a scene from straight above, for maps: robots, their arms, their load, obstacles.
 
 They are the bodies that ``scene`` draws in space.  Each convex part is one polygon: its outline.
 """
@@ -20,6 +20,7 @@ from mrs_simulator.pictures.arms import (
 )
 from mrs_simulator.pictures.drawing import Polygons, taken, with_opacity
 from mrs_simulator.pictures.solids import TOUCH, arrow_on, kind_parts, own_shares, solid_of
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, corners, is_flat
 from mrs_simulator.state.columns import FRESH
 
 RIM, PART = (
@@ -29,6 +30,9 @@ RIM, PART = (
 SEEN_THROUGH = 0.55  # [-] opacity of a load: robots below it are seen
 PALE = 0.4  # [-] opacity of robots without recent data
 ON_DARK, ON_LIGHT = (0.95, 0.95, 0.95), (0.12, 0.12, 0.12)  # colours of arrows
+ROUND = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)  # [rad] corners of what is round
+# [-] shares of the text's colour in obstacles and in the lines around them, and in land, which is lighter.
+STANDING, LAND = (0.25, 0.55), (0.08, 0.3)
 LIGHT_SHADE = 1.5  # [-] of red, green and blue together
 
 
@@ -99,6 +103,28 @@ def bodies(scene, to_screen, shown, text=(0.0, 0.0, 0.0)):
         points, counts = taken(points, counts, order), counts[order]
         colours, rims = colours[order], rims[order]
     return Polygons(to_screen(points), counts, colours, rims)
+
+
+def obstacle_outline(obstacle):
+    """Return the outline (k, 2) [m] of an obstacle."""
+    if isinstance(obstacle, Cylinder):
+        return np.stack(cos_sin(ROUND), axis=1) * obstacle.radius + [obstacle.x, obstacle.y]
+    return corners(obstacle)
+
+
+def obstacle_bodies(obstacles, to_screen, base, text):
+    """Return the ``Polygons`` of ``obstacles``; None without any.
+
+    ``to_screen``: as of :func:`bodies`; ``base``, ``text`` (3,): the ground's colour, and one that differs.
+    """
+    if not obstacles:
+        return None
+    outlines = [obstacle_outline(obstacle) for obstacle in obstacles]
+    shares = np.array([LAND if is_flat(obstacle) else STANDING for obstacle in obstacles])
+    mixed = _mixed(np.asarray(base), np.asarray(text), shares[..., np.newaxis])  # (m, 2, 3)
+    colours, rims = (with_opacity(each, 1.0) for each in (mixed[:, 0], mixed[:, 1]))
+    counts = np.array([len(outline) for outline in outlines])
+    return Polygons(to_screen(np.concatenate(outlines)), counts, colours, rims)
 
 
 @functools.lru_cache(maxsize=64)

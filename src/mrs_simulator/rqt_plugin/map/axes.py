@@ -1,4 +1,4 @@
-"""Background of the map: plane, grid, axes, obstacles and labels.
+"""Background of the map: plane, grid, axes and labels.
 
 Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget and the ``Frame``.
 """
@@ -8,10 +8,9 @@ import math
 import numpy as np
 
 from mrs_simulator.rqt_plugin.map.frame import nice_step
-from mrs_simulator.rqt_plugin.map.style import faded, polygon
-from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRect, QRectF, Qt
+from mrs_simulator.rqt_plugin.map.style import faded
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRect, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QFont, QPen
-from mrs_simulator.scenario.surroundings.obstacles import Cylinder, corners, is_flat
 
 FEWEST_TICKS = 4  # [-] on an axis, where there is room
 HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)
@@ -148,30 +147,3 @@ def draw_remark(painter, style, frame, remark):
     painter.fillRect(box, faded(style.base, 0.85))
     painter.setPen(style.mixed(0.75))
     painter.drawText(box, Qt.AlignCenter, remark)
-
-
-def draw_land(painter, style, frame, obstacles):
-    """Draw the land among ``obstacles``, on which robots drive: lighter than what they bump into."""
-    painter.setPen(QPen(style.mixed(0.3), style.unit))
-    painter.setBrush(style.mixed(0.08))
-    for obstacle in filter(is_flat, obstacles):
-        draw_outline(painter, frame, obstacle)
-
-
-def draw_obstacles(painter, style, frame, obstacles):
-    """Draw boxes and cylinders to scale, but for land."""
-    painter.setPen(QPen(style.mixed(0.55), style.unit))
-    painter.setBrush(style.mixed(0.25))
-    for obstacle in obstacles:
-        if not is_flat(obstacle):
-            draw_outline(painter, frame, obstacle)
-
-
-def draw_outline(painter, frame, obstacle):
-    """Draw a box or a cylinder with the painter's pen and brush."""
-    if isinstance(obstacle, Cylinder):
-        middle = QPointF(*frame.to_screen((obstacle.x, obstacle.y)))
-        radius = obstacle.radius * frame.scale
-        painter.drawEllipse(middle, radius, radius)
-        return
-    painter.drawPolygon(polygon(frame.to_screen(corners(obstacle))))

@@ -1,4 +1,4 @@
-"""Draws the robots and their numbers.
+"""Draws obstacles, the robots, and their numbers.
 
 Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget and the ``Frame``; poses are (n, 3),
 one robot per row.
@@ -6,7 +6,7 @@ one robot per row.
 
 import numpy as np
 
-from mrs_simulator.pictures.plan import bodies
+from mrs_simulator.pictures.plan import bodies, obstacle_bodies
 from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.rqt_plugin.map.geometry import (
     ARROW,
@@ -24,6 +24,14 @@ from mrs_simulator.state.state_table import StateTable
 
 HEADINGS = 120  # [-] of a robot's sprites
 MOST_SPRITE = 40.0  # [px] that a robot may reach as a sprite
+
+
+def draw_obstacles(painter, style, frame, obstacles):
+    """Draw ``obstacles`` to scale."""
+    colours = (shade.getRgbF()[:3] for shade in (style.base, style.text))
+    layer = obstacle_bodies(obstacles, frame.to_screen, *colours)
+    if layer is not None:
+        fill(painter, layer, style.unit)
 
 
 def draw_robots(painter, style, frame, scene, shapes, shown, sprites):

@@ -7,12 +7,14 @@ only continued there; any other change paints the picture anew.
 import numpy as np
 
 from mrs_simulator.rqt_plugin.map import axes
+from mrs_simulator.rqt_plugin.map.drawing import draw_obstacles
 from mrs_simulator.rqt_plugin.map.marks import draw_starts
 from mrs_simulator.rqt_plugin.map.style import mixed, polygon
 from mrs_simulator.rqt_plugin.map.trails import TRAIL_PIXELS
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter, QPen, QPixmap
 from mrs_simulator.rqt_plugin.widgets.colours import dash_places
+from mrs_simulator.scenario.surroundings.obstacles import is_flat
 
 MANY_TRAILS = 120  # [-] in view; beyond, they are thin and not dashed
 # [-] of trails, in widths of their lines.
@@ -61,9 +63,9 @@ def _draw_ground(painter, widget, style, frame, obstacles, hint):
     painter.setFont(widget.font())
     painter.setRenderHint(QPainter.Antialiasing)
     painter.setClipRect(frame.area)
-    axes.draw_land(painter, style, frame, obstacles)
+    draw_obstacles(painter, style, frame, [each for each in obstacles if is_flat(each)])
     axes.draw_grid(painter, style, frame)
-    axes.draw_obstacles(painter, style, frame, obstacles)
+    draw_obstacles(painter, style, frame, [each for each in obstacles if not is_flat(each)])
     painter.setClipping(False)
     axes.draw_axes(painter, style, frame)
     axes.draw_hint(painter, style, frame, hint)

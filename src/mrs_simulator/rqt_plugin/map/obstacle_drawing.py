@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.map import axes
+from mrs_simulator.pictures.plan import obstacle_outline
 from mrs_simulator.rqt_plugin.map.geometry import REACH
 from mrs_simulator.rqt_plugin.map.marks import ALARM
 from mrs_simulator.rqt_plugin.map.obstacle_shapes import TURN, handles
-from mrs_simulator.rqt_plugin.map.style import faded
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
 
@@ -19,7 +19,7 @@ def draw_edited(painter, style, frame, obstacle, refused):
     shade = QColor(ALARM) if refused else style.highlight
     painter.setPen(QPen(shade, 2.0 * style.unit))
     painter.setBrush(faded(shade, 0.25))
-    axes.draw_outline(painter, frame, obstacle)
+    painter.drawPolygon(polygon(frame.to_screen(obstacle_outline(obstacle))))
     places = handles(obstacle, REACH * style.unit / frame.scale)
     screen = {name: frame.to_screen(place) for name, place in places.items()}
     painter.setBrush(style.base)

@@ -85,7 +85,7 @@ class PaintedMap(MapScene):
 
     def _paint_edited(self, painter, style):
         """Paint obstacles that move, and the selected one with its handles."""
-        axes.draw_obstacles(painter, style, self.frame, self._undrafted(self._moving))
+        drawing.draw_obstacles(painter, style, self.frame, self._undrafted(self._moving))
         obstacle = self.editor.current if self._mode == "obstacles" else None
         if obstacle is not None:
             refused = self.editor.is_dragging and self.team.touches(obstacle)

@@ -158,7 +158,7 @@ def test_at_any_two_rates_commands_keep_theirs_with_the_newest_odometry(team_of,
     assert ages.min() > -1e-6 and ages.max() < gap - 0.0099
 
 
-def test_robots_whose_odometry_comes_less_often_hold_up_nobody(team_of):
+def test_robots_whose_odometry_comes_less_often_hold_up_none(team_of):
     team = team_of(n=3)
     team.inbox.set_periods([PERIOD, PERIOD, 5 * PERIOD], PERIOD)
     for k in range(60):

@@ -354,7 +354,7 @@ def test_a_position_unpacks_to_three_and_knows_its_height():
 
 
 @pytest.mark.parametrize("value", [float("nan"), 1e300])
-def test_a_law_by_arrays_that_gives_cars_no_finite_velocity_is_told_the_robot(value):
+def test_a_law_by_arrays_that_gives_cars_no_finite_velocity_learns_of_which_robot(value):
     class Astray(PioneerControl):
         def pointMassLaw(self, hand):
             return np.array([[0.1, 0.0], [value, 0.0], [0.1, 0.0]])

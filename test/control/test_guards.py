@@ -180,7 +180,7 @@ def when_stuck(told, done, patience=2.0, seconds=10.0, odometry=0.1, period=0.05
 STANDS, CREEPS = np.zeros(2), np.array([0.03, 0.0])
 
 
-def test_who_is_told_to_move_and_does_not_is_found():
+def test_who_is_commanded_to_move_and_does_not_is_found():
     told = np.array([[0.3, 0.0], [0.0, 0.5], [-0.3, 0.2], [0.3, 0.0], [0.04, 0.05], [0.3, 0.0]])
     done = np.array([STANDS, STANDS, STANDS, CREEPS, STANDS, [0.0, 1.0]])  # the last turns instead
     found = when_stuck(lambda t: told, lambda t: done)
@@ -276,7 +276,7 @@ BASE = ("linear.x", "linear.y", "angular.z")
 
 
 @pytest.mark.parametrize("moves", [True, False])
-def test_a_base_that_is_told_to_go_sideways_is_stuck_only_where_it_does_not(moves):
+def test_a_base_that_is_commanded_to_go_sideways_is_stuck_only_where_it_does_not(moves):
     guard, told, pose = Standstill([2.0]), np.array([[0.0, 0.3, 0.0]]), np.zeros((1, 3))
     found = []
     for step in range(100):
@@ -313,7 +313,7 @@ def test_a_climb_is_slowed_as_any_other_speed():
 
 @pytest.mark.parametrize("climb", [0.3, -0.3])
 @pytest.mark.parametrize("moves", [True, False])
-def test_a_robot_told_to_climb_is_stuck_only_where_it_does_not(climb, moves):
+def test_a_robot_commanded_to_climb_is_stuck_only_where_it_does_not(climb, moves):
     told = planar(np.array([[0.0, 0.0, climb, 0.0]]), AIR)
     guard, watch, pose = Standstill([2.0]), Repetition([0.5]), np.array([[0.0, 0.0, 0.0, 5.0]])
     found, frozen, changed = [], [], 0.0

@@ -53,7 +53,7 @@ def test_the_law_that_takes_a_name_is_named_where_it_is_made():
         make_control(scenario, Teams)
 
 
-def test_a_name_taken_while_running_is_told():
+def test_a_name_taken_while_running_is_reported():
     class Joints(PioneerControl):
         def pointMassLaw(self, hand):
             self.joints = hand

@@ -167,7 +167,7 @@ def found(verdict, name):
     return next(check for check in verdict["checks"] if check["name"].startswith(name))
 
 
-def test_a_deadlock_is_told_and_not_judged(tmp_path):
+def test_a_deadlock_is_reported_and_not_judged(tmp_path):
     scenario = blocked(arena=[-9, -9, 1.5, 9], speed=[0.3, 0.3])
     # Turned aside it creeps along the border, at 0.15 of what it wants.
     verdict = run_experiment(scenario, str(tmp_path), Behind, formats=())
@@ -181,7 +181,7 @@ def test_a_deadlock_is_told_and_not_judged(tmp_path):
     assert found(verdict, "largest share of a speed cap")["passed"]
 
 
-def test_over_ros_a_deadlock_is_told_in_the_status_the_log_and_the_verdict(ros, tmp_path):
+def test_over_ros_a_deadlock_is_reported_in_the_status_the_log_and_the_verdict(ros, tmp_path):
     law = tmp_path / "behind.py"
     law.write_text(
         "from mrs_simulator import PioneerControl\n\n\n"
@@ -232,7 +232,7 @@ def test_a_scenario_says_what_is_kept_and_says_it_again():
             scenario_from_dict({**blocked().to_dict(), "control": {"safety": safety}})
 
 
-def test_land_keeps_boats_off_and_nobody_else():
+def test_land_keeps_off_boats_alone():
     land = Box("beach", 5.0, 0.0, 0.0, 2.0, 20.0, 0.0)
     points, reach = np.array([[3.0, 0.0], [3.0, 1.0], [3.5, 2.0]]), np.full(3, 0.2)
     room = Surroundings((land, DRUM), (-9.0, -9.0, 9.0, 9.0))

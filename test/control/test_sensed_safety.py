@@ -50,7 +50,7 @@ def test_a_wall_ahead_of_a_ray_leaves_half_of_the_gap_each_second():
     np.testing.assert_allclose(limit, 0.5 * (1.4 - 0.4))
 
 
-def test_an_echo_may_come_from_anywhere_in_its_cone_where_no_other_would_hear_it():
+def test_an_echo_may_come_from_anywhere_in_its_cone_where_no_other_would_receive_it():
     place, out = arcs(heard([2.0], [0.0]))
     angles = np.radians([-15.0, -7.5, 0.0, 7.5, 15.0])
     np.testing.assert_allclose(place, 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1))

@@ -181,7 +181,7 @@ def test_two_threads_may_end_a_process_at_once():
 
 
 @pytest.mark.parametrize("kind, said", [(ForkedProcess, "ended"), (FreshProcess, "exit code 7")])
-def test_a_process_that_ends_is_told(kind, said):
+def test_a_process_that_ends_is_reported(kind, said):
     runs, close = apart(kind)
     worker = Worker(runs)
     with pytest.raises(CallFailed, match=said):
@@ -262,7 +262,7 @@ def test_an_edit_of_a_law_that_was_given_up_is_taken(law):
 
 
 @pytest.mark.parametrize("what, said", [(1, "enough"), (2, "its process ended"), (5, "five")])
-def test_what_a_law_raises_is_told(law, what, said):
+def test_what_a_law_raises_is_reported(law, what, said):
     with pytest.raises(CallFailed, match=said):
         law.commands(at(what), 0.0, LONG)
     assert law.lost is (what == 2)

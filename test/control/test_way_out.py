@@ -106,7 +106,7 @@ def test_nor_do_they_with_forces(kind):
 
 
 @pytest.mark.parametrize("kind", ["f1tenth", "heron", "robotino3"])
-def test_robots_told_through_a_wall_stop_before_it(kind):
+def test_robots_commanded_through_a_wall_stop_before_it(kind):
     gap = met((kind, kind), wall=True, gain=3.0)[1]
     assert gap > 1e-3
 

@@ -22,7 +22,7 @@ def test_path_laplacian_typed_out():
     np.testing.assert_array_equal(Topology.preset("path", 3).laplacian(), expected)
 
 
-def test_rows_hear_columns():
+def test_rows_receive_from_columns():
     graph = Topology(3, [(1, 2), (3, 1, 2.5)])
     np.testing.assert_array_equal(graph.adjacency(), [[0, 1, 0], [0, 0, 0], [2.5, 0, 0]])
     assert graph.neighbours(3) == [1]
@@ -77,7 +77,7 @@ def test_an_edge_twice_is_refused():
         Topology(3, [(1, 2), (2, 1)], directed=False)
 
 
-def test_the_mean_of_what_is_heard():
+def test_the_mean_of_what_is_received():
     values = np.array([[1.0, 0.0], [2.0, 4.0], [6.0, 8.0]])
     chain = Topology.preset("chain", 3)
     np.testing.assert_array_equal(chain.neighbour_mean(values), values[[1, 2, 2]])
@@ -190,7 +190,7 @@ def test_a_ring_of_six_has_the_eigenvalues_of_the_circulant():
     np.testing.assert_allclose(values, [0, 1, 1, 2, 3, 3, 4, 4, 6], atol=1e-12)
 
 
-def test_each_hears_its_nearest_typed_out():
+def test_each_receives_from_its_nearest_typed_out():
     points = [[0.0, 0.0], [1.0, 0.0], [3.0, 0.0], [3.5, 0.0]]
     graph = Topology.k_nearest(points, 1)
     assert arcs(graph) == [(1, 2), (2, 1), (3, 4), (4, 3)] and graph.directed

@@ -96,7 +96,7 @@ def test_robustness_of(text, value):
     assert robustness(text) == pytest.approx(value, abs=1e-12)
 
 
-def test_it_is_told_when_where_and_by_what_it_was_decided():
+def test_it_says_when_where_and_by_what_it_was_decided():
     result = found("always(each pair(distance >= 0.6 m))")
     assert result.holds is False
     assert (result.time, result.member) == (3.0, "1-3")

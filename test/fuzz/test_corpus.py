@@ -28,7 +28,7 @@ def test_an_input_bears_some_mutations(name):
         assert fuzz.attempt(name, content) == "", content
 
 
-def test_what_is_not_borne_is_told(monkeypatch):
+def test_what_is_not_borne_is_reported(monkeypatch):
     def raises(_):
         raise KeyError("a traceback")
 

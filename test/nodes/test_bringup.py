@@ -321,7 +321,7 @@ def test_messages_and_services_are_shown(ros):
     assert "geometry_msgs/Pose2D pose" in ros.call("rossrv", "show", "mrs_simulator/SetTeam")
 
 
-def test_why_a_launch_failed_is_told_once_without_the_rest(ros, tmp_path):
+def test_why_a_launch_failed_is_reported_once_without_the_rest(ros, tmp_path):
     (tmp_path / "typo.yaml").write_text("poses: [[0, 0, 0]]\nduraton: 3\n")
     given = "scenario:={}".format(tmp_path / "typo.yaml")
     process = ros.start("launch", ["roslaunch", "mrs_simulator", "simulation.launch", given])

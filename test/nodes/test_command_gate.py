@@ -97,7 +97,7 @@ def test_a_new_connection_to_a_real_robot_that_was_driven_begins_with_zeros(monk
     assert firsts[1]().values == (0.0,) * 6
 
 
-def test_it_shuts_itself_when_a_moving_robot_is_told_nothing(topics):
+def test_it_shuts_itself_when_a_moving_robot_gets_no_command(topics):
     now = [0.0]
     outlet = CommandGate(topics, 2, clock=lambda: now[0])
     outlet.open()

@@ -409,7 +409,7 @@ def test_a_law_that_holds_the_interpreter_is_given_up_and_started_again(ros, law
     assert control.wait(PATIENCE) is not None
 
 
-def test_a_stop_waits_for_no_law_and_is_told_at_once(hung, tmp_path):
+def test_a_stop_waits_for_no_law_and_is_published_at_once(hung, tmp_path):
     _, probe = hung
     assert probe.ask("call('/pioneer_control/stop', Trigger)")[0]
     at_rest(probe)

@@ -202,7 +202,7 @@ def test_what_moves_in_any_component_is_sent_whole():
     assert stilled(command, 0.0) is command
 
 
-def test_the_controller_sends_no_smaller_command_than_it_is_told_to(monkeypatch):
+def test_the_controller_sends_no_smaller_command_than_its_dead_band(monkeypatch):
     given = {"~deadband": 0.01, "~v_max": 0.1}
     monkeypatch.setattr("rospy.get_param", lambda name, default=None: given.get(name, default))
     guards = Guards((1, 2), "robot")

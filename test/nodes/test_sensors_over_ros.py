@@ -198,7 +198,7 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     assert len(probe.wait("diagnostics.get('pioneer_control: sensors')")[2]) >= 2 * len(MOUNTS)
 
 
-def test_burgers_hear_their_lasers_over_ros_as_without(ros, tmp_path):
+def test_burgers_read_their_lasers_over_ros_as_without(ros, tmp_path):
     """The shipped scenario goes the same way, its safety filter told by what the stage publishes."""
     path = tmp_path / "burgers.yaml"
     path.write_text(yaml.safe_dump(shipped("burgers_by_laser", duration=SHORT).to_dict()))

@@ -148,7 +148,7 @@ def test_pause_step_reset_and_speed(ros):
     assert probe.ask("clock_went_back") is False
 
 
-def test_peers_that_connect_and_send_no_header_keep_nobody_out(ros):
+def test_peers_that_connect_and_send_no_header_keep_none_out(ros):
     stage, probe = start(ros, "--robots", 1)
     probe.wait("state('robot')")
     master = xmlrpc.client.ServerProxy(ros.uri)

@@ -323,7 +323,7 @@ def test_cmd_vel_of_a_crazyflie_is_an_attitude_and_cmd_stop_cuts_the_motors(fide
     bench.world.close()
 
 
-def test_poses_and_transforms_of_crazyflies_are_told(monkeypatch):
+def test_poses_and_transforms_of_crazyflies_are_published(monkeypatch):
     bench = Bench(monkeypatch, "crazyswarm", ("crazyflie2",), "kinematic", z=[1.5])
     told = bench.published()
     assert told["/cf1/pose"].header.frame_id == "world" and told["/cf1/pose"].pose.position.z == 1.5

@@ -100,7 +100,7 @@ def test_no_more_is_made_of_a_value_than_is_shown():
         ({"edges": [[1, 2]], "directd": False}, "unknown 'directd'; did you mean 'directed'"),
     ],
 )
-def test_a_topology_s_own_mistake_is_told(topology, said):
+def test_a_topology_s_own_mistake_is_reported(topology, said):
     poses = [[0, 0, 0], [2, 0, 0], [4, 0, 0]]
     with pytest.raises(ScenarioError, match=said):
         scenario_from_dict({"poses": poses, "topology": topology})

@@ -211,7 +211,7 @@ def test_the_parent_s_command_line_is_read():
     assert deferred_output.command_line(2**30) == []
 
 
-def test_a_value_beyond_its_range_is_said_where_clients_are_not_told(monkeypatch):
+def test_a_value_beyond_its_range_is_logged_where_clients_get_no_answer(monkeypatch):
     said = []
     monkeypatch.setattr("rospy.logerr", lambda text, *values: said.append(text % values))
     server = TellingServer.__new__(TellingServer)
@@ -263,7 +263,7 @@ def test_an_interrupt_of_a_law_s_own_program_makes_no_traceback(tmp_path):
     assert b"Traceback" not in said
 
 
-def test_a_law_of_a_wrong_shape_is_told_in_one_line_with_its_page(tmp_path, capfd):
+def test_a_law_of_a_wrong_shape_is_reported_in_one_line_with_its_page(tmp_path, capfd):
     class Flat(PioneerControl):
         def pointMassLaw(self, hand):
             return hand[:, 0]
@@ -290,7 +290,7 @@ def test_a_law_of_a_wrong_shape_is_told_in_one_line_with_its_page(tmp_path, capf
         ),
     ],
 )
-def test_an_init_that_does_not_fit_is_told_in_one_line(tmp_path, capsys, init, said):
+def test_an_init_that_does_not_fit_is_reported_in_one_line(tmp_path, capsys, init, said):
     law = protocol_of(tmp_path, "class Law(PioneerControl):\n    def __init__" + init + "\n" + LAW)
     path = tmp_path / "s.yaml"
     path.write_text("poses: [[0, 0, 0]]\nduration: 0.1\n")
@@ -334,7 +334,7 @@ def test_output_that_cannot_be_written_ends_a_program_without_a_traceback(words,
 
 
 @pytest.mark.parametrize("ending", [sys.exit, int])
-def test_a_failed_write_that_nobody_tells_of_ends_a_program(monkeypatch, ending):
+def test_a_failed_write_that_is_not_reported_ends_a_program(monkeypatch, ending):
     class Gone(io.StringIO):
         def write(self, text):
             raise BrokenPipeError(32, "Broken pipe")

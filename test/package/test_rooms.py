@@ -157,3 +157,13 @@ def test_core_imports_without_ros_or_pybullet():
         "import mrs_simulator.record.recording"
     ).format(hidden)
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_the_list_of_slow_tests_names_tests_that_are_there():
+    folder = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    with open(os.path.join(folder, "slow_tests.txt"), encoding="utf-8") as file:
+        listed = [line.strip().split("::") for line in file]
+    assert listed == sorted(listed)
+    for path, name in listed:
+        with open(os.path.join(folder, path), encoding="utf-8") as file:
+            assert "def {}(".format(name) in file.read(), "{}::{}".format(path, name)

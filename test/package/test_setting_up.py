@@ -100,7 +100,7 @@ def test_a_system_gets_the_packages_that_it_has(tmp_path, release, in_archive, h
 
 
 @pytest.mark.skipif(os.path.exists("/opt/ros/noetic"), reason="Noetic is taken where it is")
-def test_a_system_without_ros_is_told_what_works(tmp_path):
+def test_on_a_system_without_ros_the_front_door_says_what_works(tmp_path):
     noble = "ID=ubuntu\nVERSION_CODENAME=noble\nPRETTY_NAME='Ubuntu 24.04 LTS'\n"
     result = found_ros(tmp_path, noble, False)
     what, remedy = result.stderr.strip().split("\n")

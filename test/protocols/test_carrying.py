@@ -177,7 +177,7 @@ def test_a_robot_that_lags_behind_fails_the_verdict():
     assert {"internal force at the end [N]", "load off its path at the end [m]"} <= failed
 
 
-def test_a_dropped_load_is_told_and_fails_the_verdict():
+def test_a_dropped_load_is_reported_and_fails_the_verdict():
     content = scenario()
     content["load"]["grip"] = 32.0
     run = simulate(content)
@@ -190,7 +190,7 @@ def test_a_dropped_load_is_told_and_fails_the_verdict():
     assert run.run.load.place[-1, 2] == 0.05
 
 
-def test_an_arm_at_its_end_is_told_and_nothing_breaks():
+def test_an_arm_at_its_end_is_reported_and_nothing_breaks():
     content = scenario()
     home = [0.0, 1.8, 0.0, -0.4, 0.0, 2.2, 0.785]  # nearly stretched, at the end of a joint
     own = {"base": "husky", "arm": {"model": "panda", "mount": [0.3, 0.0, 0.39, 0.0], "home": home}}

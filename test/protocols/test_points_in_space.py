@@ -396,7 +396,7 @@ class Level(PioneerControl):
         return -points[:, :2]
 
 
-def test_a_result_of_another_shape_is_told_in_space():
+def test_a_result_of_another_shape_is_reported_in_space():
     control, pose = flying(Level, 3), anywhere(3)
     with pytest.raises(ControlError, match=r"shape \(3, 2\), wanted \(3, 3\): a velocity for each"):
         control.commands(pose)

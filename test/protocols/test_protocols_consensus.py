@@ -472,7 +472,7 @@ def test_robustness_agrees_with_its_definition():
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.6])
-def test_an_adversary_drags_nobody_along(run, turn):
+def test_an_adversary_drags_none_along(run, turn):
     verdict, recorded = run("resilient_consensus", parameters={"turn": turn})
     assert verdict["passed"], verdict["checks"]
     start, end = recorded.hand[0, :7], recorded.hand[-1, :7]

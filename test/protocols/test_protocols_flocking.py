@@ -252,7 +252,7 @@ def test_order_falls_with_noise_as_predicted(tmp_path):
     assert orders[0] == pytest.approx(1.0)
 
 
-def test_robots_that_hear_few_are_less_in_order_than_the_bound(tmp_path):
+def test_robots_with_few_neighbours_are_less_in_order_than_the_bound(tmp_path):
     verdict = verdict_of(shipped("vicsek", {"noise": 3.0, "radius": 1.0}), tmp_path)
     assert verdict["passed"]
     bound = check(verdict, "root mean square")

@@ -45,7 +45,7 @@ def test_distance_outside_a_hull():
     np.testing.assert_allclose(outside, [-1.0, 1.0, np.sqrt(0.5), 0.0], atol=1e-4)
 
 
-def test_a_follower_that_hears_no_leader_fails(tmp_path):
+def test_a_follower_that_receives_from_no_leader_fails(tmp_path):
     scenario = shipped("containment", duration=2.0)
     edges = [edge for edge in scenario.topology.edges if edge[1] < 6]
     verdict = verdict_of(scenario.changed(topology={"edges": edges}), tmp_path)

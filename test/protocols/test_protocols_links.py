@@ -418,7 +418,7 @@ def test_the_exact_solution_decays_by_the_modulus_of_a_round():
     assert after / before == pytest.approx(modulus, abs=1e-6)
 
 
-def test_states_that_are_told_late_never_make_consensus_unstable(tmp_path):
+def test_states_that_come_late_never_make_consensus_unstable(tmp_path):
     scenario = shipped("consensus_delays", duration=120.0)
     links = dict(scenario.links.to_plain(6), carries="state", delay=1.5)
     verdict = verdict_of(scenario.changed(links=links), tmp_path)

@@ -25,7 +25,7 @@ def test_the_smallest_circle_goes_through_two_or_three_points():
         assert np.linalg.norm(points - other, axis=1).max() >= radius - 1e-12
 
 
-def test_nobody_goes_where_another_may_lose_it():
+def test_no_robot_goes_where_another_may_lose_it():
     # One at V ahead: to the middle at once, V/2 away, and no farther.
     np.testing.assert_allclose(laws.limited_visibility([[4.0, 0.0]], 4.0, 1.0, 1.0), [2.0, 0.0])
     # At V, and two behind at V: c = 0.

@@ -51,7 +51,7 @@ def finished(law, **more):
     return experiment
 
 
-def test_a_law_stops_by_what_its_sonar_hears():
+def test_a_law_stops_by_its_sonar():
     experiment = finished(StopsBefore)
     front = experiment.world.pose[:, 0] + 0.166  # the foremost transducers
     left = (1.9 - front) / np.cos(np.radians(5.0))
@@ -62,7 +62,7 @@ def test_a_law_stops_by_what_its_sonar_hears():
 
 
 @pytest.mark.parametrize("field", ["ranges", "places"])
-def test_a_law_cannot_change_what_its_sonar_told(field):
+def test_a_law_cannot_change_a_reading_of_its_sonar(field):
     """The safety filter, and the sensor itself, go by the same arrays."""
 
     class Writes(StopsBefore):
@@ -100,7 +100,7 @@ def test_a_sensor_that_a_robot_lacks_is_refused_at_the_start():
         Experiment(scenario(sensors=taken), StopsBefore)
 
 
-def test_a_sensor_that_the_law_does_not_ask_for_is_told():
+def test_a_sensor_that_the_law_does_not_ask_for_is_reported():
     class Forgets(StopsBefore):
         def pointMassLaw(self, hand):
             return self.readings[1].laser
@@ -180,7 +180,7 @@ def calls_of(changes):
     return count[0]
 
 
-def test_sensors_that_nobody_hears_add_no_call_to_a_run():
+def test_sensors_without_a_subscriber_add_no_call_to_a_run():
     """Their cost, under 2 % of a run, is too little to be told from noise by time."""
     calls_of([])  # what is loaded at first is loaded
     heard = [{"mounts": {"laser": {}, "gps": {"type": "gps"}, "imu": {"type": "imu"}}}]

@@ -124,7 +124,7 @@ def test_transducers_fire_in_turns_while_they_are_wanted(driver):
     assert driver.told(lambda told: told.flags == 0).sonar == {}
 
 
-def test_bumpers_and_battery_are_told(driver):
+def test_bumpers_and_battery_are_published(driver):
     quiet = driver.told(lambda told: told.charge)
     assert quiet.front == quiet.rear == 0 and quiet.tail[:2] == (121, 0) and quiet.charge == 40
     driver.send(protocol.ENABLE, 1)

@@ -94,7 +94,9 @@ def test_a_real_robot_stands_where_the_control_nodes_frame_has_it(ros, tmp_path)
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-def test_simulated_robots_collide_with_a_real_one_and_it_obeys_nobody(ros, tmp_path, fidelity):
+def test_simulated_robots_collide_with_a_real_one_which_the_stage_does_not_command(
+    ros, tmp_path, fidelity
+):
     _, probe = start_team(ros, tmp_path, "--fidelity", fidelity)
     probe.ask("stand_in(2, [1.2, 0.0, 3.1])")
     probe.wait("(state('x') or [0, 0])[1] == 1.2")

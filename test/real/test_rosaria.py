@@ -214,7 +214,7 @@ def test_a_restarted_driver_is_noticed_and_not_followed(team, source, said):
     wait_until(lambda: team.sent(1) == [0.2, 0.0] and team.sent(2) == [0.2, 0.0])
 
 
-def test_drivers_left_running_count_from_where_they_are_first_heard(team):
+def test_drivers_left_running_count_from_their_first_message(team):
     team.robot(1)
     before = team.forward(n=1)
     team.drives((1,), 0.3)
@@ -249,7 +249,7 @@ def test_a_dry_run_moves_nothing(team):
     assert "in a dry run" in log_of(control)
 
 
-def test_a_missing_motor_service_is_said_and_nobody_moves(team):
+def test_a_missing_motor_service_is_reported_and_no_robot_moves(team):
     team.robot(1)
     control = team.forward("_enable_motors:=/robot{}/motors_on", n=1)
     team.trouble("motors: /robot1/motors_on is missing")
@@ -457,7 +457,7 @@ def test_a_later_preflight_counts_from_where_the_running_controller_began(team):
 
 
 @pytest.mark.parametrize("resume", [False, True])
-def test_after_a_silence_they_go_on_when_told_to(team, resume):
+def test_after_a_silence_they_go_on_when_asked_to(team, resume):
     robot = team.robot(1)
     team.forward(*["_resume:=true"] * resume, n=1)
     team.drives((1,))
@@ -477,7 +477,7 @@ def test_after_a_silence_they_go_on_when_told_to(team, resume):
     wait_until(lambda: team.sent(1) == [0.2, 0.0])
 
 
-def test_a_robot_that_is_told_to_move_and_does_not_stands_alone(team):
+def test_a_robot_that_is_commanded_to_move_and_does_not_stands_alone(team):
     team.robot(1)
     team.robot(2)
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
@@ -495,7 +495,7 @@ def test_a_robot_that_is_told_to_move_and_does_not_stands_alone(team):
     assert team.probe.wait("control('trouble') == ''")
 
 
-def test_an_emergency_button_is_told_at_once_and_a_lost_link_soon(team):
+def test_an_emergency_button_is_published_at_once_and_a_lost_link_soon(team):
     team.robot(1)
     team.robot(2)
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)

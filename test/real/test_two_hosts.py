@@ -106,7 +106,7 @@ def probe_on(host):
     return Probe(host.start("probe", sys.executable, PROBE, **pipes))
 
 
-def test_a_cut_link_stops_the_robots_and_they_go_on_when_told_to(hosts):
+def test_a_cut_link_stops_the_robots_and_they_go_on_when_asked_to(hosts):
     control = hosts[1].node("pioneer_control", "--robots", 4, "_resume:=false")
     probe = probe_on(hosts[0])
     for end in hosts:  # whichever host loses its cable

@@ -80,7 +80,7 @@ def test_a_run_that_was_kept_is_the_one_that_is_read(tmp_path, kept):
             assert getattr(kept_run, name) == value
 
 
-def test_points_that_are_told_and_hand_points_may_take_turns(tmp_path):
+def test_points_that_are_published_and_hand_points_may_take_turns(tmp_path):
     draw, told = np.random.default_rng(0), {1, 2, 4}
     poses, points = draw.normal(size=(6, 2, 3)), draw.normal(size=(6, 2, 2))
     with Recorder(str(tmp_path / "run.csv"), (1, 2), 0.3, kept=6) as recorder:
@@ -155,7 +155,7 @@ def test_files_that_are_no_recording(tmp_path, text, said):
         read_run_csv(str(path))
 
 
-def test_what_is_told_of_a_run_is_read_back(tmp_path):
+def test_what_is_written_of_a_run_is_read_back(tmp_path):
     path, _, _ = recorded(tmp_path)
     assert read_run_csv(path).meta == {"collisions_unknown": True}
     collisions = [Collision(1.0, "robot1", "crate", 0.5, 0.0)]

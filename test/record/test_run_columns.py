@@ -171,7 +171,7 @@ def test_kinds_that_do_not_fit_are_refused(tmp_path, lines, said):
         COLUMNS + ("colour",),
     ],
 )
-def test_columns_that_nobody_writes_are_refused(names):
+def test_columns_that_are_not_written_are_refused(names):
     assert layout_in(names) is None
 
 

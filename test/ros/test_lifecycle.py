@@ -32,7 +32,7 @@ def test_what_is_there_is_spared_until_the_next_time():
         gc.unfreeze()
 
 
-def test_peers_without_a_header_keep_nobody_out():
+def test_peers_without_a_header_keep_none_out():
     met, pairs = [], [socket.socketpair() for _ in range(4)]
 
     def handler(sock, address):

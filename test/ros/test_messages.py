@@ -142,7 +142,7 @@ def test_collisions_and_robots_to_place_have_a_height():
     assert messages.read_robot_specs(specs, "epuck") == (["epuck", "husky"], TWO, [0.0, 1.5])
 
 
-def test_several_joints_of_a_robot_are_told_one_robot_after_the_other():
+def test_several_joints_of_a_robot_are_published_one_robot_after_the_other():
     message, _ = told(("f1tenth", "pioneer3dx"), [[0.2, 0.1], [0.3, -0.1]])
     message.joint = [0.1, 0.2, 0.3, 1.1, 0.0, 0.0]
     state = messages.read_state(message)
@@ -163,7 +163,7 @@ def test_targets_in_space_have_their_heights():
         messages.read_control_status(message)
 
 
-def test_incidents_are_told_and_unknown_ones_refused():
+def test_incidents_are_reported_and_unknown_ones_refused():
     incident = Incident(4.0, "robot2", "rotor_lost", 3, True)
     message = messages.incident_message(incident, rospy.Time(4))
     assert messages.read_incident(message) == incident

@@ -102,7 +102,7 @@ def test_a_robot_that_stops_reading_holds_up_no_other(ros):
         hung.send_signal(18)  # SIGCONT
 
 
-def test_a_new_connection_begins_with_what_it_is_told_first(ros):
+def test_a_new_connection_begins_with_its_first_message(ros):
     said = ros.python(
         "import rospy\n"
         "from geometry_msgs.msg import Twist\n"

@@ -131,7 +131,7 @@ def test_clocks_of_real_robots_may_be_any(times):
     assert "robot1 (0.6 s, refused: its stamp stands still)" in inbox.missing(times.simulated)
 
 
-def test_a_real_robots_battery_is_told_by_several_topics(times):
+def test_a_real_robots_battery_is_published_on_several_topics(times):
     mounts = {"battery": {"type": "battery", "rate": 10.0}}
     scenario = scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": mounts}]})
     team = Team.from_scenario(scenario)
@@ -231,7 +231,7 @@ def test_nothing_is_missing_where_nothing_is_asked_for(times):
     assert not math.isnan(len(inbox.readings(0.0)))
 
 
-def test_a_reading_that_is_told_again_puts_off_what_is_waited_for_in_lockstep(times):
+def test_a_reading_that_is_published_again_puts_off_what_is_waited_for_in_lockstep(times):
     """A reset puts off the next sample: to wait for it would end in a stall, for time waits too."""
     inbox = inbox_of()
     put(inbox, 0, 1.0)

@@ -79,7 +79,7 @@ def test_every_type_of_sensor_has_forms():
 
 
 @pytest.mark.parametrize("name", ["sonar", *ALL])
-def test_what_is_told_is_what_is_read(sensors, name):
+def test_what_is_written_is_what_is_read(sensors, name):
     sensor, reading = sensors[0][name], sensors[0][name].known(1.0)
     form = forms_of(sensor.mount, sensors[1].team.kinds[0])[0]
     for k, item in enumerate(form.rows(reading)):
@@ -289,13 +289,13 @@ def run(topics, world, steps):
         topics.after_step()
 
 
-def test_nobody_is_read_while_nobody_listens(topics):
+def test_no_sensor_is_read_without_a_subscriber(topics):
     topics, world, made = topics
     run(topics, world, 100)
     assert world.looks == 0 and not any(each.messages for each in made.values())
 
 
-def test_who_is_listened_to_is_told_and_nobody_else(topics):
+def test_those_with_subscribers_are_published_and_no_others(topics):
     topics, world, made = topics
     sonar = made["/robot1/sonar"]
     sonar.heard = 1
@@ -436,7 +436,7 @@ def test_what_is_lost_or_without_noise_has_no_known_variance():
         assert not any(message.position_covariance)
 
 
-def test_filters_are_told_what_motion_capture_does_not_measure():
+def test_filters_learn_what_motion_capture_does_not_measure():
     made = scenario(
         sensors=[{"mounts": {"it": {"type": "motion_capture", "noise": {"position": NOISE}}}}]
     )

@@ -76,7 +76,7 @@ def bytes_of(value):
     return struct.pack("<I", len(data.getvalue())) + data.getvalue()
 
 
-def test_one_thread_hears_all_topics(subscribed):
+def test_one_thread_receives_all_topics(subscribed):
     connect, heard = subscribed
     count = threading.active_count()
     connections = [connect(k) for k in range(20)]

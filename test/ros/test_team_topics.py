@@ -63,7 +63,7 @@ def test_a_stage_without_team_topics_is_driven_robot_by_robot(ros):
     wait_until(lambda: "none found: each robot has its own topics" in log_of(control))
 
 
-def test_a_malformed_command_moves_nobody_and_is_named(ros):
+def test_a_malformed_command_moves_no_robot_and_is_named(ros):
     stage = ros.node("stage", "--robots", 3)
     probe = ros.probe()
     probe.wait("now()")
@@ -133,7 +133,7 @@ def test_a_late_answer_counts_for_the_odometry_that_it_answers(delay):
     assert trips.periods == 2 * 199
 
 
-def test_of_commands_without_a_stamp_no_round_trip_is_told():
+def test_of_commands_without_a_stamp_no_round_trip_is_reported():
     trips = delayed(0.070, told=False)
     assert np.isnan(trips.median_and_p99()).all()
     assert trips.missed == 2 * 2  # before the first came

@@ -544,7 +544,7 @@ def test_without_a_display_that_answers_it_says_what_is_wanted(display):
     assert all(name in said for name in display.values())
 
 
-def test_a_parameter_that_nobody_reads_is_refused_and_help_says_whose_there_are():
+def test_a_parameter_that_is_not_read_is_refused_and_help_says_whose_there_are():
     command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
     asked = [command + ["_v_max:=0.3"], command + ["--help"]]
     running = [

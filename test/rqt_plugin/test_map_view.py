@@ -341,7 +341,7 @@ def test_robots_of_unknown_pose_are_left_out(view):
 # Edges
 
 
-def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
+def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_receives(view):
     view.set_mode("edges")
     added = emitted(view.edge_added)
     drag(view, at(view, 4.0, 3.0), at(view, 0.0, 0.0))
@@ -353,7 +353,7 @@ def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
     assert np.hypot(*(end - view.to_screen(0.0, 0.0))) < np.hypot(*(begin - view.to_screen(0, 0)))
 
 
-def test_the_edge_that_is_drawn_says_who_hears_whom(view):
+def test_the_edge_that_is_drawn_says_who_receives_from_whom(view):
     view.show_topology([], True)
     assert view.edge_text(2, 0) == "robot 1 receives from robot 3"
     assert view.edge_text(2, -1) == "... receives from robot 3"
@@ -413,7 +413,7 @@ def test_of_two_opposite_edges_that_with_its_head_near_is_removed(view):
     assert removed == [(1, 2), (2, 1)]
 
 
-def test_heads_point_at_the_robot_that_hears_and_are_wider_than_the_line(view):
+def test_heads_point_at_the_robot_that_receives_and_are_wider_than_the_line(view):
     view.set_numbers_shown(False)
     pixel = 1.0 / view.frame.scale
     beside = POSES[0, 0] + 0.21 + 10.0 * pixel, 2.5 * pixel  # of the line, near robot 1

@@ -240,7 +240,7 @@ def test_what_is_asked_for_next_puts_the_last_error_away(study):
     assert not study.banners.text("error") and "stage killed" in study.messages.toPlainText()
 
 
-def test_nobody_listens_to_diagnostics_that_are_not_shown(study):
+def test_diagnostics_that_are_not_shown_have_no_subscriber(study):
     study.program_control.follow()
     study.connection.watch_diagnostics.assert_called_with(True)
     study.results_tabs.setCurrentIndex(0)

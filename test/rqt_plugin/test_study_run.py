@@ -477,7 +477,7 @@ def test_the_stage_gets_the_initial_heights():
     assert name == "set_team" and len(poses) == len(kinds) == 7 and altitude.tolist() == [1.0] * 7
 
 
-def test_a_run_that_nobody_controlled_is_not_judged(tmp_path):
+def test_a_run_without_a_controller_is_not_judged(tmp_path):
     connection = Connection()
     study("paper_four", connection).files.save(commanded(History(), 4, 0.0), str(tmp_path))
     connection.asked[-1][2]()

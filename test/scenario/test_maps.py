@@ -157,7 +157,7 @@ def test_a_robot_beside_a_long_wall_is_as_far_from_it_as_it_is():
     np.testing.assert_allclose(toward, [-across], atol=1e-9)
 
 
-def test_a_scenario_with_a_map_is_read_beside_its_file_and_told_without(room):
+def test_a_scenario_with_a_map_is_read_beside_its_file_and_published_without(room):
     (room / "run.yaml").write_text("poses: [[0.25, -0.2, 0.0]]\nkind: epuck\nmap: room.yaml\n")
     found = load_scenario(room / "run.yaml")
     assert found.map.file == str(room / "room.yaml")

@@ -172,7 +172,7 @@ def test_robots_at_rest_wait_for_it_without_creeping():
     world.close()
 
 
-def test_one_that_is_put_elsewhere_pushes_nobody_there():
+def test_one_that_is_put_elsewhere_pushes_none_there():
     pytest.importorskip("pybullet")
     from mrs_simulator.world.motion.dynamic import DynamicMotion
 
@@ -259,7 +259,7 @@ def test_robots_that_take_their_time_give_way_too_though_no_theorem_says_so(tmp_
     assert "obstacles come at up to 2 m/s, robots go 0.3 m/s" in why
 
 
-def test_who_cannot_flee_stops_nobody_else():
+def test_who_cannot_flee_stops_none_else():
     # Robot 1 stands between two carts that come, robot 2, far away, before a third.
     carts = [
         Cylinder("cart", x, 0.0, 0.3, 1.0, Track(((to, 0.0),), speed))

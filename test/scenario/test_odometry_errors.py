@@ -335,7 +335,7 @@ LEGS = ((0.5, 0.0, 1.0), (0.3, 0.8, 1.6))
         (2000, 1, {"factor": 0.05}),
     ],
 )
-def test_the_covariance_told_is_that_of_ten_thousand_robots(n, every, errors):
+def test_the_covariance_published_is_that_of_ten_thousand_robots(n, every, errors):
     told, moved = driven(errors, n, LEGS, every)
     error = relative_errors(moved)
     found, expected = np.cov(error.T), told.mean(axis=0)

@@ -56,7 +56,7 @@ def own(tmp_path):
     return str(tmp_path / "own.yaml")
 
 
-def test_what_is_told_names_no_file_and_is_the_same_team(own, tmp_path):
+def test_what_is_published_names_no_file_and_is_the_same_team(own, tmp_path):
     scenario = load_scenario(own)
     told, stands_for, notes = portable(scenario)
     text = told.to_yaml()
@@ -75,12 +75,12 @@ def test_what_is_told_names_no_file_and_is_the_same_team(own, tmp_path):
     assert there.kinds[2].model == kind("pioneer3dx").model  # a shipped one
 
 
-def test_a_scenario_of_shipped_kinds_is_told_as_it_is():
+def test_a_scenario_of_shipped_kinds_is_published_as_it_is():
     scenario = scenario_from_dict({"poses": [[0, 0, 0]], "kind": "husky"})
     assert portable(scenario) == (scenario, {}, [])
 
 
-def test_kinds_of_one_name_are_told_apart(own, tmp_path):
+def test_kinds_of_one_name_are_distinguished(own, tmp_path):
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "box.yaml").write_text(BOX)
     (tmp_path / "husky.yaml").write_text(BOX)
@@ -99,13 +99,13 @@ def test_a_model_becomes_solids(own, tmp_path):
 
 
 @pytest.mark.parametrize("name", shipped_kinds())
-def test_the_model_of_every_shipped_kind_can_be_told(name):
+def test_the_model_of_every_shipped_kind_can_be_published(name):
     parts = model_shape(kind(name).model)
     plain = [part.to_plain() for part in parts]
     assert parts and read_shape(plain, "shape") == parts
 
 
-def test_a_model_that_cannot_be_told_is_said(own, tmp_path):
+def test_a_model_that_cannot_be_published_is_named(own, tmp_path):
     (tmp_path / "cart.urdf").write_text("<robot><link/></robot>")
     told, _, notes = portable(load_scenario(own))
     assert len(notes) == 1 and notes[0].startswith("cart: displays draw its outline: ")
@@ -137,7 +137,7 @@ def test_a_team_that_came_over_a_topic_opens_no_file(own):
         team_from_message(scenario)
 
 
-def test_the_3d_view_draws_what_it_is_told(own):
+def test_the_3d_view_draws_what_it_is_given(own):
     told, _, _ = portable(load_scenario(own))
     kinds = team_from_message(scenario_from_yaml(told.to_yaml())).kinds[:2]
     view = View(kinds, [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])

@@ -179,7 +179,7 @@ def test_a_sensor_is_read_at_its_own_rate_and_known_after_its_latency():
     )
 
 
-def test_readings_depend_on_no_other_sensor_and_on_nobody_else_who_listens():
+def test_readings_depend_on_no_other_sensor_and_on_no_other_subscriber():
     alone = heard({0: ["sonar"]})[-1][0]["sonar"]
     more = [
         {"mounts": {"laser": {}}},
@@ -192,7 +192,7 @@ def test_readings_depend_on_no_other_sensor_and_on_nobody_else_who_listens():
     assert not np.array_equal(heard({0: ["sonar"]}, seed=1)[-1][0]["sonar"].ranges, alone.ranges)
 
 
-def test_nobody_is_read_who_is_not_listened_to():
+def test_no_robot_is_read_without_a_subscriber():
     _, found = suite()
     assert found.is_idle
     found.update(0, lambda: pytest.fail("the state was asked for"))
@@ -205,7 +205,7 @@ def test_a_sensor_that_a_robot_lacks_is_refused_by_name():
         found.activate({0: ["sonar"], 1: ["sonar"]})
 
 
-def test_a_rate_that_steps_cannot_keep_is_told():
+def test_a_rate_that_steps_cannot_keep_is_reported():
     _, found = suite(sensors=[{"robots": 2, "mounts": {"sonar": {"rate": 40}}}])
     (note,) = found.notes
     assert note == "robot2: sonar at 50 Hz, every 1 steps of 0.02 s; wanted 40 Hz"

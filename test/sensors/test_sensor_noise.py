@@ -48,7 +48,7 @@ def test_a_bias_walks_as_the_square_root_of_time():
     assert np.all(values[0] == 0.0)
 
 
-def test_whoever_listens_late_hears_the_same_walk():
+def test_whoever_subscribes_late_receives_the_same_walk():
     noise, late = Noise(stddev=0.1, bias_walk=0.4), draws(Noise(stddev=0.1, bias_walk=0.4))
     values = measured(noise, samples=2500)
     assert np.array_equal(late.at(2499).noisy(np.full((2, 1), 5.0)), values[2499])

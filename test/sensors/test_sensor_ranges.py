@@ -82,7 +82,7 @@ def cone(degrees, toward, obstacles, **more):
     return cast(scenery(obstacles), along(toward, **more), 9.0, cone=half)[0, 0]
 
 
-def test_a_cone_hears_the_nearest_point_within_it():
+def test_a_cone_measures_the_nearest_point_within_it():
     # Straight ahead the face's foot; looking 20 deg aside, the edge ray at 5 deg is nearest.
     assert cone(30.0, 0.0, [CRATE]) == pytest.approx(2.0)
     assert cone(30.0, 20.0, [CRATE]) == pytest.approx(2.0 / math.cos(math.radians(5.0)))
@@ -100,7 +100,7 @@ def test_a_cone_is_the_least_of_many_rays(obstacle):
         assert cone(40.0, toward, [obstacle]) == pytest.approx(fan, abs=2e-4)
 
 
-def test_robots_are_seen_as_their_outlines_and_nobody_sees_himself():
+def test_robots_are_seen_as_their_outlines_and_none_sees_itself():
     kinds, poses = ("pioneer3dx", "epuck"), [[0.0, 0.0, 0.0], [3.0, 0.0, 1.0]]
     shapes = scenery([], kinds, poses)
     assert cast(shapes, along(0.0, height=0.08, owner=0), 9.0)[0, 0] == pytest.approx(3.0 - 0.035)
@@ -190,7 +190,7 @@ def test_robots_read_together_read_what_they_read_alone():
         assert np.array_equal(cast(shapes, alone, 7.0)[0], together[row])
 
 
-def test_transducers_that_take_turns_tell_what_they_heard_last():
+def test_transducers_that_take_turns_repeat_their_last_echoes():
     wall = {"type": "box", "name": "wall", "center": [3.5, 0.0], "size": [1.0, 9.0]}
     ahead = [["0 m", "0 m", "0 deg"]] * 4
     ring = {"type": "sonar", "transducers": ahead, "turns": 4, "cycle": "0.04 s", **CLEAN}

@@ -57,7 +57,7 @@ def test_others_are_seen_by_number_range_and_bearing():
     assert third.bearings == pytest.approx([-math.pi, math.atan2(3.0, -4.0)])
 
 
-def test_nobody_beyond_range_or_view_is_seen():
+def test_no_robot_beyond_range_or_view_is_seen():
     near = {"sight": dict(SEES["sight"], range=4.5)}
     assert [each.numbers.tolist() for each in read(near, state(TRIANGLE))] == [[2, 3], [1], [1]]
     ahead = {"sight": dict(SEES["sight"], view="90 deg")}
@@ -99,7 +99,7 @@ def test_a_lost_range_or_bearing_loses_the_robot():
 BEACONS = {"type": "beacons", "points": [[3.0, 4.0], [0.0, -2.0], [90.0, 0.0]], "bearing": True}
 
 
-def test_beacons_are_heard_by_number_range_and_bearing():
+def test_beacons_are_received_by_number_range_and_bearing():
     (heard,) = read(
         {"b": dict(BEACONS, place=[1.0, 0.0, 0.3])}, state([[0.0, -1.0, math.pi / 2.0]])
     )
@@ -297,7 +297,7 @@ def test_a_name_is_one_of_topics_and_attributes(name):
 CELL = {"type": "battery", "rate": 1.0, "capacity": "1 Wh", "idle": 20, "drive": 40, "turn": 10}
 
 
-def test_a_battery_drains_with_use_though_nobody_listens():
+def test_a_battery_drains_with_use_without_a_subscriber():
     mount = dict(CELL, voltage=[10.0, 12.0], charge=0.5)
     _, found = suite({"battery": mount}, step=0.02, control={"rate": 1})
     assert not found.is_idle

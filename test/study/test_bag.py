@@ -101,7 +101,7 @@ def test_commands_for_all_of_earlier_versions_are_read(tmp_path):
     assert np.isnan(read_answered(message)).all()
 
 
-def test_degraded_timing_is_told_of_a_bag_too(tmp_path):
+def test_degraded_timing_is_reported_of_a_bag_too(tmp_path):
     path = write(tmp_path / "run.bag")
     with rosbag.Bag(path, "a") as bag:
         for stamp, missed, periods in ((99.0, 500, 0), (101.1, 500, 100), (102.8, 520, 190)):

@@ -50,9 +50,7 @@ def run(command, *arguments):
 
 
 @pytest.mark.parametrize("optimiser", ["random", "cma"])
-def test_the_threshold_of_held_commands_is_found_without_being_told(
-    path, tmp_path, capsys, optimiser
-):
+def test_the_threshold_of_held_commands_is_found_without_theory(path, tmp_path, capsys, optimiser):
     out = tmp_path / "out"
     options = "--runs", 60, "--seed", 2, "--optimiser", optimiser, "--formats", ""
     code = run(break_, path, "--out", out, *options)
@@ -285,7 +283,7 @@ def test_variations_change_what_they_name_and_nothing_else(path):
     assert content["robots"] == 3
 
 
-def test_a_law_that_raises_breaks_the_run_and_no_scenario_is_told_apart(path):
+def test_a_law_that_raises_breaks_the_run_of_every_scenario_alike(path):
     content = {
         "poses": [[0, 0, 0]],
         "requirements": {"slow": "always speed < 1 m/s"},

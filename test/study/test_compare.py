@@ -56,7 +56,7 @@ def test_two_runs_of_the_same_robots_do_not_differ():
     assert max(robot["most_apart"] for robot in found["robots"]) == 0.0
 
 
-def test_what_a_run_does_not_tell_is_not_told():
+def test_what_a_run_does_not_record_is_not_reported():
     run = driven()
     still = run._replace(command=run.command * [1.0, 0.0])
     robots = compared(still, still)["robots"]

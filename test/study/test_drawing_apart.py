@@ -78,7 +78,7 @@ def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
         os.waitpid(drawing._process, 0)
 
 
-def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
+def test_a_process_that_cannot_draw_is_reported(monkeypatch, tmp_path):
     def missing(formats):
         raise ImportError("no matplotlib")
 

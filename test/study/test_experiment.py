@@ -462,7 +462,7 @@ def test_files_that_cannot_be_used_are_named_once(tmp_path, capsys):
         read_run_csv(str(tmp_path / "run.csv"))
 
 
-def test_robots_that_the_scenario_does_not_have_are_told_of(tmp_path, capsys):
+def test_robots_that_the_scenario_does_not_have_are_named(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["consensus.yaml", "--out", str(tmp_path), "--robots", "8", "--duration", "0.2"])
     said = capsys.readouterr().err

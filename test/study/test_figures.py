@@ -65,7 +65,7 @@ def test_four_figures_are_written_whole_and_valid(tmp_path, n):
             assert written.rstrip().endswith(b"</svg>")
 
 
-def test_png_and_pdf_are_written_unless_told_otherwise(tmp_path):
+def test_png_and_pdf_are_written_by_default(tmp_path):
     paths = report.figures(make_run(2), str(tmp_path / "made" / "here"))
     assert {os.path.splitext(path)[1] for path in paths} == {".png", ".pdf"}
     assert len(paths) == 8 and all(os.path.exists(path) for path in paths)

@@ -200,7 +200,7 @@ def test_an_axis_that_is_refused_is_said_to_be(tmp_path, capsys):
     assert "mismatch.delay [s] 0 to -3  refused" in said and "wanted a number from 0 to 2" in said
 
 
-def test_a_law_that_gives_nan_is_told_and_margins_are_not(tmp_path, capsys):
+def test_a_law_that_gives_nan_is_reported_and_margins_are_not(tmp_path, capsys):
     (tmp_path / "law.py").write_text(
         "from mrs_simulator import PioneerControl\n\n\nclass Nan(PioneerControl):\n"
         "    def pointMassLaw(self, hand):\n        return hand * float('nan')\n"

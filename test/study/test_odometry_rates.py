@@ -62,7 +62,7 @@ def test_between_two_odometries_a_robot_is_where_it_was():
         world.estimates.pose()[0] = 1.0
 
 
-def test_a_law_hears_of_slow_robots_late():
+def test_a_law_gets_states_of_slow_robots_late():
     rates = [Experiment(scenario_from_dict(dict(CONTENT, odometry_rate=r))) for r in ("kinds", 50)]
     last = []
     for each in rates:
@@ -93,7 +93,7 @@ def test_a_rate_that_is_not_kept_is_a_warning_of_the_run(tmp_path):
     assert any("odometry at 25 Hz" in warning for warning in warnings)
 
 
-def test_in_lockstep_nobody_is_waited_for_who_is_not_due():
+def test_in_lockstep_none_is_waited_for_who_is_not_due():
     inbox = Inbox((1, 2, 3))
     inbox._stamp[:] = [100, 100, 100]
     assert inbox.complete().to_nsec() == 100

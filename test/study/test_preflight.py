@@ -31,7 +31,7 @@ def test_who_publishes_and_who_is_fresh():
     assert checks[3].subject == "robot2 is fresh" and "0.90 s" in checks[3].text
 
 
-def test_sensors_are_heard_or_named():
+def test_sensors_are_received_or_named():
     heard = preflight.sensor_check(("sonar", "laser"), "")
     assert heard == ("sensors heard", True, "sonar, laser")
     silent = "no fresh sonar of robot2 (never received)"

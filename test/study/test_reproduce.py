@@ -107,7 +107,7 @@ def test_what_has_changed_is_named(made, run, capsys):
     assert "changed: {} is another".format(made / "helper.py") in said and "law.py" not in said
 
 
-def test_an_edited_file_is_told_from_one_made_otherwise(run, capsys):
+def test_an_edited_file_is_distinguished_from_one_made_otherwise(run, capsys):
     (run / "run.csv").write_text("edited")
     code, said = reproduced(run / "run.csv", capsys)
     assert code == 0 and "the same bytes, and the file was changed since it was made" in said

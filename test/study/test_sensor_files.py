@@ -100,7 +100,7 @@ def test_recording_changes_no_run(out, tmp_path):
     assert not list(tmp_path.glob("sensor_*"))
 
 
-def test_sizes_are_told_beforehand(out, tmp_path):
+def test_sizes_are_reported_beforehand(out, tmp_path):
     said = []
     long = scenario(duration=600.0)
     experiment = Experiment(long)
@@ -137,7 +137,7 @@ def test_pictures_are_left_to_bags(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == [FILE.format("sonar")]
 
 
-def test_what_nobody_has_is_refused():
+def test_what_no_robot_has_is_refused():
     with pytest.raises(ScenarioError, match="record: unknown 'lasr'"):
         Experiment(scenario(record=["lasr"]))
     with pytest.raises(ScenarioError, match="record: .*, wanted a list of different names"):
@@ -154,7 +154,7 @@ def test_one_file_is_of_one_type():
         Experiment(scenario(sensors=sensors, record=["s"]))
 
 
-def test_a_size_is_told_of_all_beacons_that_may_be_heard():
+def test_a_size_is_reported_of_all_beacons_that_may_be_received():
     mounts = {"b": {"type": "beacons", "points": [[float(k), 0.0] for k in range(9)]}}
     given = scenario(sensors=[{"mounts": mounts}], record=["b"])
     team = Team.from_scenario(given)
@@ -162,7 +162,7 @@ def test_a_size_is_told_of_all_beacons_that_may_be_heard():
     assert told.most == 9
 
 
-def test_a_size_is_told_of_all_robots_that_may_be_seen(tmp_path):
+def test_a_size_is_reported_of_all_robots_that_may_be_seen(tmp_path):
     given = scenario_from_dict({
         "robots": 5, "poses": {"layout": "circle", "radius": 1.5}, "duration": 2.0,
         "record": ["others"], "sensors": [{"mounts": {"others": {"type": "range_bearing"}}}],

@@ -89,7 +89,7 @@ def test_one_key_gives_curves_with_three_outcomes():
     assert sweep_figure([row(None, a=0), row(None, a=1)]) is None
 
 
-def test_theory_of_one_value_alone_is_a_mark_not_a_line_that_nobody_sees():
+def test_theory_of_one_value_alone_is_a_mark_not_an_invisible_line():
     table = [row(k, a=k) for k in range(2)]
     table[0][1]["checks"][0]["predicted"] = None
     (line,) = [line for line in sweep_figure(table).axes[0].lines if line.get_label() == "Theory"]

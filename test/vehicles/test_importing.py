@@ -90,7 +90,7 @@ def test_an_include_is_found_beside_the_file(tmp_path):
     assert bring(write_package(tmp_path, text, "scout.urdf.xacro"))[0]["mass"] == pytest.approx(1.0)
 
 
-def test_an_include_of_a_package_that_is_not_there_is_left_out_and_told(tmp_path):
+def test_an_include_of_a_package_that_is_not_there_is_left_out_and_reported(tmp_path):
     extra = '<xacro:include filename="$(find a_laser)/laser.xacro"/>\n<xacro:arg'
     text = xacro().replace("<xacro:arg", extra)
     content, notes = bring(write_package(tmp_path, text, "scout.urdf.xacro"))
@@ -199,7 +199,7 @@ def test_what_the_user_says_goes_over_the_description(tmp_path, world):
         brought(tmp_path, urdf(limit=""))
 
 
-def test_a_moving_part_is_held_and_told(tmp_path):
+def test_a_moving_part_is_held_and_reported(tmp_path):
     text = urdf(
         body=BODY.replace('name="scan_joint" type="fixed"', 'name="scan_joint" type="prismatic"')
     )

@@ -81,7 +81,7 @@ def test_it_leans_into_where_it_speeds_up(motion):
 
 
 @BOTH
-def test_it_stands_until_it_is_told_to_rise_and_again_once_it_has_landed(motion):
+def test_it_stands_until_it_is_commanded_to_rise_and_again_once_it_has_landed(motion):
     inner = hovering(motion, 0.0, 0.0, 0.3, z=0.0)
     inner = flown(motion, inner, row(0.8, 0.0, 0.0, 1.0), 1.0)
     pose, twist, spatial = motion.state(inner)

@@ -258,7 +258,7 @@ def test_a_team_that_is_at_its_limits_throughout_is_not_judged(tmp_path):
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-def test_robots_that_ramp_are_judged_by_what_they_were_told(fidelity, tmp_path):
+def test_robots_that_ramp_are_judged_by_their_commands(fidelity, tmp_path):
     """They are behind their commands, by what is known from the record, and no more is allowed."""
 
     class Weak(law_of("formation")):

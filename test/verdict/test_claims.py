@@ -36,7 +36,7 @@ ROBOTS, SAMPLES = 30, 600
         ("rendezvous", {"radius": 40.0}),
     ],
 )
-def test_where_all_hear_all_claims_hold_no_pairs_of_all_samples(protocol, parameters):
+def test_on_complete_graphs_claims_hold_no_pairs_of_all_samples(protocol, parameters):
     control = shipped(protocol)(
         range(1, ROBOTS + 1), Topology.preset("complete", ROBOTS), parameters=parameters
     )

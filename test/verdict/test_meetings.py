@@ -63,7 +63,7 @@ def test_points_that_come_too_near_are_found_with_their_time():
 
 
 @pytest.mark.parametrize("law", (None, Claimed, Predicted))
-def test_meetings_are_told_ahead_with_the_remedies(law, tmp_path, capsys):
+def test_meetings_are_foretold_with_the_remedies(law, tmp_path, capsys):
     (text,) = told(pair(), law)
     assert text.startswith("theory leads the points of robot1 and robot2 (at ")
     assert "fidelity: point_mass" in text
@@ -72,7 +72,7 @@ def test_meetings_are_told_ahead_with_the_remedies(law, tmp_path, capsys):
     assert any(each.startswith("theory leads") for each in run.meta["warnings"])
 
 
-def test_nothing_is_told_of_points_nor_where_theory_keeps_bodies_apart():
+def test_nothing_is_foretold_of_points_nor_where_theory_keeps_bodies_apart():
     assert told(pair(fidelity="point_mass")) == []
     assert told(shipped("paper")) == [] and told(pair(), Meet) == []
     assert told(pair(), Elsewhere) == []

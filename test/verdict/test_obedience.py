@@ -79,7 +79,7 @@ def test_a_wheel_that_does_not_is_named(wheels, name, where, value):
     assert "robot2" in one["note"] and where in one["note"], one
 
 
-def test_of_robots_at_rest_no_gain_is_told():
+def test_of_robots_at_rest_no_gain_is_reported():
     found = driven(speed=0.0, turn=0.0)
     assert (
         check(found, GAIN)["passed"] is None

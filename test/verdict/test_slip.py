@@ -135,7 +135,7 @@ def test_wheels_speed_up_no_faster_than_friction_lets_them():
     assert robots.parts[0][1].acceleration[0] == pytest.approx([0.3, np.deg2rad(100.0)])
 
 
-def test_what_grip_costs_is_told_where_a_claim_would_fail_without(tmp_path):
+def test_what_grip_costs_is_reported_where_a_claim_would_fail_without(tmp_path):
     given = shipped("displacement_formation", rate=10, fidelity="dynamic", duration=6.0)
     one = check(verdict_of(given, tmp_path), DRIFT)
     assert one["passed"] and "no faster than their friction lets them cost 0.1" in one["note"], one

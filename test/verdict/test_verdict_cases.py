@@ -143,7 +143,7 @@ class OneStands(Consensus):
         return velocity
 
 
-def test_robots_that_touch_are_told_and_their_law_is_judged_before(tmp_path):
+def test_robots_that_touch_are_reported_and_their_law_is_judged_before(tmp_path):
     given = controlled(
         shipped("consensus", fidelity="kinematic", limits="top", duration=15.0), saturation="robot"
     )
@@ -229,7 +229,7 @@ class Shapeless(Consensus):
         return [*super().claims(start), "no claim", pair, converges_to(np.zeros((2, 2)))]
 
 
-def test_wrong_shapes_are_told_and_the_rest_is_judged(tmp_path):
+def test_wrong_shapes_are_reported_and_the_rest_is_judged(tmp_path):
     verdict = verdict_of(shipped("consensus"), tmp_path, Shapeless)
     assert verdict["outcome"] == "failed"
     told = {one["name"]: one["note"] for one in verdict["checks"] if one["passed"] is False}

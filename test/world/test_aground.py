@@ -13,7 +13,7 @@ LAND = Box("beach", 10.0, 0.0, 0.0, 10.0, 40.0, 0.0)  # from x = 5 on
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-def test_a_boat_runs_aground_is_told_of_and_comes_off_again(fidelity):
+def test_a_boat_that_runs_aground_is_reported_and_comes_off_again(fidelity):
     world = World(("heron",), [[3.0, 0.0, 0.0]], obstacles=[LAND], fidelity=fidelity)
 
     def drive(speed, steps):

@@ -280,7 +280,7 @@ def test_cars_beside_arms_keep_the_directions_of_their_points():
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-def test_drones_beside_arms_land_where_they_hear_nothing(fidelity):
+def test_drones_beside_arms_land_where_they_receive_nothing(fidelity):
     team = ArmedTeam(["husky_panda", "crazyflie2"])
     poses = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
     world = World(team, poses, z=[0.0, 0.2], fidelity=fidelity, step=0.05)

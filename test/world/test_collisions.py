@@ -135,7 +135,7 @@ def test_the_least_distance_over_time_is_the_least_of_all_samples(n, dimension, 
     assert least_distance_over(track) == least_distance(track[40])
 
 
-def test_no_robot_moves_farther_than_bodies_are_told():
+def test_no_robot_moves_farther_than_bodies_are_commanded():
     kinds, draw = ("pioneer3dx", "robotino3", "f1tenth"), np.random.default_rng(4)
     motion, shares = KinematicMotion(kinds, np.diag([9.0] * 3), limits="top"), []
     for step in range(300):

@@ -86,7 +86,7 @@ def test_a_reset_takes_hold_anew(standing):
     assert np.abs(standing.load.state.place - begun).max() < 3e-3  # it begins where it hangs
 
 
-def test_joints_turn_as_told_and_stop_at_their_ends():
+def test_joints_turn_as_commanded_and_stop_at_their_ends():
     team = ArmedTeam(["husky_xarm6"])
     world = World(team, [[0.0, 0.0, 0.0]], fidelity="dynamic", step=STEP)
     try:

@@ -42,7 +42,7 @@ def drive(world, command, duration):
         ("epuck", (0.1, 1.0)),
     ],
 )
-def test_every_kind_does_what_it_is_told_on_its_wheels(name, command):
+def test_every_kind_follows_its_commands_on_its_wheels(name, command):
     world = drive(world_of(name), [command], 2.0)
     v = command[:-1] + (0.0,) * (3 - len(command))
     # Wheels that push sideways in a curve slide a little.

@@ -168,7 +168,7 @@ def test_who_does_not_fly_is_named():
         pair("kinematic").flights.take_off([0], -1)
 
 
-def test_rotors_at_their_limit_are_told_after_half_a_second(tmp_path):
+def test_rotors_at_their_limit_are_reported_after_half_a_second(tmp_path):
     heavy = {"base": "crazyflie2", "mass": "60 g"}  # of 60.7 that they lift
     scenario = scenario_from_dict({"model": "heavy", "kinds": {"heavy": heavy}, "poses": [[0, 0, 0]],
                                    "altitude": 1.0, "fidelity": "dynamic"})  # fmt: skip
@@ -184,7 +184,7 @@ def test_rotors_at_their_limit_are_told_after_half_a_second(tmp_path):
     ("crazyflie2", quadrotor_forces, "flown", "dynamic"),
     ("heron", vessel, "forced", "dynamic"),
 ])  # fmt: skip
-def test_a_state_that_is_no_number_is_told_and_stops_that_robot_alone(
+def test_a_state_that_is_no_number_is_reported_and_stops_that_robot_alone(
     kind, drive, function, fidelity, monkeypatch
 ):
     z, right = None if kind == "heron" else [1.0, 1.0], getattr(drive, function)
@@ -267,7 +267,7 @@ def test_robots_take_off_before_their_law_begins(tmp_path):
 # Contact ---------------------------------------------------------------------------------------------
 
 
-def test_two_that_fly_into_each_other_touch_and_are_told():
+def test_two_that_fly_into_each_other_touch_and_are_reported():
     world = World(
         ("crazyflie2",) * 2, [[0.0, 0.0, 0.0], [0.8, 0.0, 0.0]], z=[1.0, 1.0], fidelity="dynamic"
     )
@@ -302,7 +302,7 @@ def test_one_flown_into_a_wall_stops_there_and_over_it_does_not():
     world.close()
 
 
-def test_nobody_near_needs_no_solver():
+def test_without_a_robot_near_no_solver_is_needed():
     world = pair("dynamic")
     flown(world, 0.5, [0.0, 0.0, 0.1, 0.0])
     (flight,) = world.motion._aloft.values()

@@ -82,7 +82,7 @@ def test_it_pushes_a_simulated_robot_away(world, fidelity):
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
-def test_two_of_them_and_obstacles_are_told_and_nobody_moves(world, fidelity):
+def test_two_of_them_and_obstacles_are_named_and_no_robot_moves(world, fidelity):
     poses = [[-3.0, 0.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
     crate = Box("crate", 0.0, 3.0, 0.0, 1.0, 1.0, 0.5)
     made = world(poses, obstacles=[crate], mirrored=[2, 1], fidelity=fidelity)
@@ -164,7 +164,7 @@ def test_a_team_without_a_mirrored_robot_is_refused(world):
 
 
 @pytest.mark.parametrize("period, stopped_after", [(0.0, 0.6), (0.1, 0.7)])
-def test_the_watchdog_looks_as_often_as_it_is_told(world, period, stopped_after):
+def test_the_watchdog_looks_as_often_as_it_is_set_to(world, period, stopped_after):
     made = world([[0.0, 0.0, 0.0]], mirrored=[], limits=None, watch_period=period)
     for _ in range(2):
         made.step()

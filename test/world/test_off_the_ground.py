@@ -130,7 +130,7 @@ def test_robots_that_meet_across_part_across(hoverer):  # noqa: F811
     np.testing.assert_allclose(world.z, [1.0, 1.02], atol=1e-12)
 
 
-def test_a_pioneer_carries_who_lands_on_it_and_nobody_sinks(hoverer):  # noqa: F811
+def test_a_pioneer_carries_who_lands_on_it_and_none_sinks(hoverer):  # noqa: F811
     kinds = (hoverer, "pioneer3dx", hoverer)
     poses = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]
     world = World(kinds, poses, z=[0.5, 0.0, 0.3])
@@ -301,7 +301,7 @@ def test_a_bag_of_the_stages_states_is_read_in_space(hoverer, tmp_path):  # noqa
 # Over ROS --------------------------------------------------------------------------------------------
 
 
-def test_over_ros_height_and_orientation_are_told_everywhere(ros, hoverer, tmp_path):  # noqa: F811
+def test_over_ros_height_and_orientation_are_published_everywhere(ros, hoverer, tmp_path):  # noqa: F811
     (tmp_path / "sitecustomize.py").write_text(
         "import sys; sys.path.append({!r})\n"
         "import flying_fixtures\n"

@@ -71,7 +71,7 @@ def test_commands_that_are_not_finite_are_refused_and_counted(bad):
     assert world.pose[1, 0] > 0.0
 
 
-def test_a_collision_is_told_once_and_blocks_the_way():
+def test_a_collision_is_reported_once_and_blocks_the_way():
     world = World(ONE * 2, [[0.0, 0.0, 0.0], [1.0, 0.0, np.pi]], limits=None)
     drive(world, [0.5, 0.0], 2.0)
     (collision,) = world.contacts.take()

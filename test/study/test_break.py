@@ -140,6 +140,39 @@ def test_the_same_seed_finds_the_same(path, tmp_path):
     ).read_bytes()
 
 
+KILLED = """
+import os
+from mrs_simulator import PioneerControl
+
+
+class Killed(PioneerControl):
+    def pointMassLaw(self, hand):
+        if os.path.exists({0!r}):
+            os.remove({0!r})
+            os.kill(os.getpid(), 9)
+        return -2.0 * (hand - hand.mean(axis=0))
+"""
+
+
+def test_a_search_whose_worker_is_killed_finds_the_same(path, tmp_path):
+    law, marker = tmp_path / "own.py", tmp_path / "killed"
+    law.write_text(KILLED.format(str(marker)))
+    text = SCENARIO.replace("consensus", str(law)).replace(", parameters: {gain: 1.0}", "")
+    text = text.replace("  control.parameters.gain: [0.2, 12]\n", "").replace(
+        "duration: 20", "duration: 2"
+    )
+    with open(path, "w") as file:
+        file.write(text.replace("[0, 19]", "[0, 1]"))
+    kept = []
+    for name in ("a", "b"):
+        options = "--runs", 12, "--seed", 5, "--optimiser", "random", "--formats", ""
+        run(break_, path, "--out", tmp_path / name, *options)
+        kept.append((tmp_path / name / "search.json").read_bytes())
+        assert not marker.exists()
+        marker.touch()  # of the second search one process dies
+    assert kept[0] == kept[1]
+
+
 def test_enough_clean_runs_show_a_share_and_one_failure_does_not(path, tmp_path, capsys):
     options = "--vary", "control.parameters.gain=[0.5, 2]", "--at-least", 0.9
     assert run(assure, path, "--out", tmp_path / "out", *options) == 0

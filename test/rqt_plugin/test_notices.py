@@ -229,3 +229,25 @@ def test_what_a_controller_said_of_its_graph_before_an_edit_does_not_undo_the_ed
     study.map.edge_added.emit(1, 2)
     study._on_result("set_topology", False, "no")
     assert says([(2, 1)]) == [(2, 1)]
+
+
+def test_neither_a_banner_nor_a_mode_moves_the_map(make_study, app):
+    study = active(make_study(), 1280, 800)
+    shown = study.map
+
+    def places():
+        app.processEvents()
+        return shown.mapTo(study, shown.rect().topLeft()), shown.size(), shown.frame.area
+
+    before = places()
+    study.say(ErrorMessage("wrong " * 80))
+    study.bar._stop_all.click()
+    assert places() == before
+    lie = study.banners.geometry()
+    assert lie.topLeft() == before[0] and lie.width() == before[1].width() and lie.height() > 40
+    for mode in ("poses", "edges", "obstacles"):
+        study.modes[mode].setChecked(True)
+        assert places() == before and study.map_panel.help.isVisible()
+        assert study.map_panel.help.geometry().bottom() == shown.height() - 1
+    study.modes["look"].setChecked(True)
+    assert study.map_panel.help.isHidden()

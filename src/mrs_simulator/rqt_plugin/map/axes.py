@@ -9,27 +9,18 @@ import numpy as np
 
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.style import faded
-from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRect, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QFont, QPen
 
 FEWEST_TICKS = 4  # [-] on an axis, where there is room
-HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)
 
 
-def plot_area(widget, hint):
-    """Return the part of ``widget`` that shows the plane; about it are axes, labels and ``hint``."""
+def plot_area(widget):
+    """Return the part of ``widget`` that shows the plane; about it are axes and labels."""
     metrics, line = widget.fontMetrics(), widget.fontMetrics().height()
     left = metrics.horizontalAdvance("\u221200.0") + 1.6 * line
-    top = 0.7 * line + _hint_height(metrics, widget.width(), hint)
-    area = QRectF(widget.rect()).adjusted(left, top, -0.9 * line, -2.7 * line)
+    area = QRectF(widget.rect()).adjusted(left, 0.7 * line, -0.9 * line, -2.7 * line)
     return QRectF(area.x(), area.y(), max(1.0, area.width()), max(1.0, area.height()))
-
-
-def _hint_height(metrics, width, hint):
-    if not hint:
-        return 0
-    room = QRect(0, 0, int(width - 1.2 * metrics.height()), 100 * metrics.height())
-    return metrics.boundingRect(room, HINT_FLAGS, hint).height()
 
 
 def draw_grid(painter, style, frame):
@@ -129,14 +120,6 @@ def draw_scale_bar(painter, style, frame):
     for x in (right - width, right):
         painter.drawLine(QLineF(x, bottom - 0.25 * line, x, bottom + 0.25 * line))
     painter.drawText(box.adjusted(-3 * line, 0, 3 * line, 0), Qt.AlignCenter, label)
-
-
-def draw_hint(painter, style, frame, hint):
-    """Draw ``hint``, what the mouse does, above the area."""
-    right, bottom = frame.area.right() + 0.9 * style.line, frame.area.top() - 0.3 * style.line
-    box = QRectF(0.6 * style.line, 0.3 * style.line, right - 1.2 * style.line, bottom)
-    painter.setPen(style.mixed(0.75))
-    painter.drawText(box, HINT_FLAGS, hint)
 
 
 def draw_remark(painter, style, frame, remark):

@@ -27,7 +27,7 @@ class Ground:
     def __init__(self):
         self._picture, self._key, self._trails = None, None, TrailPainter()
 
-    def draw(self, painter, widget, style, frame, obstacles, hint, trails, now, numbers, hidden):
+    def draw(self, painter, widget, style, frame, obstacles, trails, now, numbers, hidden):
         """Draw the ground of ``widget`` with the ``trails``, None for none.
 
         ``now``: where the robots ``numbers`` are (n, 2) and their trails go on to, None for nowhere;
@@ -37,7 +37,7 @@ class Ground:
         size, place = widget.size(), (*frame.centre, frame.scale, frame.area)
         # Objects are compared as such: another run has other trails.
         shown = trails, trails and trails.begun, frozenset(hidden)
-        key = size, ratio, place, style, widget.font(), obstacles, hint, numbers, shown
+        key = size, ratio, place, style, widget.font(), obstacles, numbers, shown
         anew = key != self._key
         if anew:
             self._picture = QPixmap(size * ratio)
@@ -45,7 +45,7 @@ class Ground:
         brush = QPainter(self._picture)
         try:
             if anew:
-                _draw_ground(brush, widget, style, frame, obstacles, hint)
+                _draw_ground(brush, widget, style, frame, obstacles)
             brush.setClipRect(frame.area)
             brush.setRenderHint(QPainter.Antialiasing)
             if anew and trails is not None:
@@ -58,7 +58,7 @@ class Ground:
         painter.drawPixmap(0, 0, self._picture)
 
 
-def _draw_ground(painter, widget, style, frame, obstacles, hint):
+def _draw_ground(painter, widget, style, frame, obstacles):
     painter.fillRect(widget.rect(), style.base)
     painter.setFont(widget.font())
     painter.setRenderHint(QPainter.Antialiasing)
@@ -68,7 +68,6 @@ def _draw_ground(painter, widget, style, frame, obstacles, hint):
     draw_obstacles(painter, style, frame, [each for each in obstacles if not is_flat(each)])
     painter.setClipping(False)
     axes.draw_axes(painter, style, frame)
-    axes.draw_hint(painter, style, frame, hint)
 
 
 class TrailPainter:

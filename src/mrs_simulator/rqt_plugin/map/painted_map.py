@@ -8,7 +8,7 @@ from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, 
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
-from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
+from mrs_simulator.rqt_plugin.map.scene import MapScene
 from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import MANY_ROBOTS, MapStyle
@@ -66,10 +66,10 @@ class PaintedMap(MapScene):
         now = (
             None if self._begin_anew else self.team.pose[:, :2]
         )  # robots may have been put elsewhere
-        obstacles, hint, numbers = self._standing, HINTS[self._mode], self.team.numbers
+        obstacles, numbers = self._standing, self.team.numbers
         if self.editor.draft is not None:  # which lies on top
             obstacles = self._undrafted(obstacles)
-        arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
+        arguments = obstacles, trails, now, numbers, self._hidden_trails
         self._ground.draw(painter, self, style, self.frame, *arguments)
 
     def _paint_last_run(self, painter, style):

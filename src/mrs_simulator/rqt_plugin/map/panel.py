@@ -2,11 +2,14 @@
 
 from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
 from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
+from mrs_simulator.rqt_plugin.map.scene import HINTS
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
+    QFrame,
     QHBoxLayout,
+    QLabel,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -14,6 +17,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.overlay import Overlay
 
 MODES = (
     ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
@@ -50,7 +54,7 @@ class MapPanel(QWidget):
         self.map, self.modes, self.shown = MapView(), {}, {}
         self._row = FlowLayout()
         self.obstacles = ObstacleFields(self.map)
-        self.obstacles.hide()
+        self._build_help()
         self.map.changed.connect(self._on_changed)
         self._build_modes()
         self._build_shown()
@@ -63,7 +67,6 @@ class MapPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(self._row)
-        layout.addWidget(self.obstacles)
         layout.addWidget(self.map, 1)
 
     def _build_modes(self):
@@ -79,6 +82,25 @@ class MapPanel(QWidget):
             button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
             self.modes[mode] = button
         self.modes["look"].setChecked(True)
+
+    def _build_help(self):
+        """Build what a mode offers, over the lower axis of the map, whose view stays as it is."""
+        self.help, self.hint = QFrame(self.map), QLabel()
+        self.help.setAutoFillBackground(True)
+        self.help.setFrameShape(QFrame.StyledPanel)
+        self.hint.setWordWrap(True)
+        column = QVBoxLayout(self.help)
+        column.setContentsMargins(4, 1, 4, 1)
+        column.setSpacing(1)
+        column.addWidget(self.obstacles)
+        column.addWidget(self.hint)
+        Overlay(self.help, self.map, below=True)
+        self._show_help("look")
+
+    def _show_help(self, mode):
+        self.obstacles.setVisible(mode == "obstacles")
+        self.hint.setText(HINTS[mode])
+        self.help.setVisible(bool(HINTS[mode]))
 
     def _build_shown(self):
         for name, text, tip in SHOWN:
@@ -100,7 +122,7 @@ class MapPanel(QWidget):
 
     def _set_mode(self, mode):
         self.map.set_mode(mode)
-        self.obstacles.setVisible(mode == "obstacles")
+        self._show_help(mode)
         if self.isVisible():
             self.map.setFocus()  # which takes the keys of the mode
 

@@ -250,7 +250,6 @@ class MapScene(QWidget):
         if mode != self._mode:
             self._mode, self.drag = mode, None
             self.editor.cancel()
-            self._measure()
             self.update()
 
     @property
@@ -326,6 +325,6 @@ class MapScene(QWidget):
         super().changeEvent(event)
 
     def _measure(self):
-        self.frame.area = axes.plot_area(self, HINTS[self._mode])
+        self.frame.area = axes.plot_area(self)
         if self.untouched:
             self.fit(self._whole)

@@ -31,9 +31,8 @@ class Banners(QWidget):
         super().__init__(parent)
         self._strips = {}
         self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setContentsMargins(4, 4, 4, 4)
         self._column.setSpacing(2)
-        self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Maximum)
         self.setVisible(False)
 
     def notify(self, matter, kind, text, *buttons):

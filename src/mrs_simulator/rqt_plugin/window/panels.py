@@ -26,6 +26,7 @@ from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import MessageList
+from mrs_simulator.rqt_plugin.widgets.overlay import Overlay
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.window.one_column import OneColumn
 
@@ -35,16 +36,16 @@ STATUS = ("master", "stage", "controller", "robots", "time")
 
 
 class StudyPanels(QWidget):
-    """Run bar and banners on top, settings on the left, map above results on the right, status below.
+    """Run bar on top, settings on the left, map above results on the right, status below.
 
-    In a narrow window the settings are among the results.
+    Banners lie over the map.  In a narrow window the settings are among the results.
     """
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.setObjectName("MrsSimulator")
         self.setWindowTitle("Multi-robot simulator")
-        self.bar, self.banners = RunBar(self), Banners()
+        self.bar, self.banners = RunBar(self), Banners(self)
         self.right, self.across = QSplitter(Qt.Vertical), QSplitter(Qt.Horizontal)
         self.right.addWidget(self._build_map())
         self.right.addWidget(self._build_results())
@@ -60,9 +61,9 @@ class StudyPanels(QWidget):
         layout.setContentsMargins(4, 4, 4, 4)
         layout.setSpacing(4)
         layout.addWidget(self.bar)
-        layout.addWidget(self.banners)
         layout.addWidget(self.across, 1)
         layout.addLayout(self._build_status())
+        Overlay(self.banners, self.map)
         self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right)
 
     @guarded

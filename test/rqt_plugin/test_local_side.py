@@ -117,7 +117,7 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     details = gui.program_control._panels.programs.details
     assert not details.isTabEnabled(1) and "without ROS" in details.tabToolTip(1)
     assert "ros" not in gui.program_control._panels.programs.command.placeholderText()
-    print(gui.status["master"].text())
+    print(gui.status["master"].toolTip())
     """
     scenario = load_scenario(PAPER)._replace(duration=4.0)
     path = tmp_path / "four.yaml"

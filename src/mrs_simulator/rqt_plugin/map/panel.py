@@ -10,6 +10,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QLabel,
+    QMenu,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -59,7 +60,7 @@ class MapPanel(QWidget):
         self._build_modes()
         self._build_shown()
         self._build_trail()
-        fit = QToolButton()
+        self._fit = fit = QToolButton()
         fit.setText("Fit")
         fit.setToolTip("Fit the team and what is near it into view (F)")
         fit.clicked.connect(guarded(lambda *_: self.map.fit()))
@@ -70,7 +71,7 @@ class MapPanel(QWidget):
         layout.addWidget(self.map, 1)
 
     def _build_modes(self):
-        group = QWidget()
+        self._group = group = QWidget()
         row = QHBoxLayout(group)
         row.setContentsMargins(0, 0, 12, 0)
         row.setSpacing(0)
@@ -111,6 +112,36 @@ class MapPanel(QWidget):
             setter = getattr(self.map, "set_{}_shown".format(name))
             button.toggled.connect(guarded(lambda on, s=setter: s(on)))
             self.shown[name] = button
+        self._build_layers()
+
+    def _build_layers(self):
+        """Build a menu of what is shown, in place of the boxes where these would take another line."""
+        self.layers, menu = QToolButton(), QMenu(self)
+        self.layers.setText("Show")
+        self.layers.setToolTip("Show or hide parts of the map")
+        self.layers.setPopupMode(QToolButton.InstantPopup)
+        menu.setToolTipsVisible(True)
+        for box in self.shown.values():
+            entry = menu.addAction(box.text())
+            entry.setToolTip(box.toolTip())
+            entry.setCheckable(True)
+            entry.setChecked(box.isChecked())
+            entry.toggled.connect(box.setChecked)
+            box.toggled.connect(entry.setChecked)
+        self.layers.setMenu(menu)
+        self.layers.hide()
+        self._row.addWidget(self.layers)
+
+    @guarded
+    def resizeEvent(self, event):
+        """Put the boxes where there is room for them."""
+        super().resizeEvent(event)
+        others = [self._group, self._fit, *([] if self._trail.isHidden() else [self._trail])]
+        row = [*self.shown.values(), *others]
+        wide = sum(each.sizeHint().width() + self._row.spacing() for each in row)
+        for box in self.shown.values():
+            box.setVisible(wide <= self.width())
+        self.layers.setVisible(wide > self.width())
 
     def _build_trail(self):
         self._trail = QCheckBox("Trail of ...")

@@ -64,13 +64,22 @@ class StudyPanels(QWidget):
         layout.addWidget(self.across, 1)
         layout.addLayout(self._build_status())
         Overlay(self.banners, self.map)
-        self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right)
+        self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right, self.map_panel)
 
     @guarded
     def resizeEvent(self, event):
         """Put the settings beside the map where there is room for both."""
         super().resizeEvent(event)
-        self.columns.fit(self.width(), self.fontMetrics().height())
+        self._fit()
+
+    @guarded
+    def showEvent(self, event):
+        """Share the room between map and results, whose sizes are known from now on."""
+        super().showEvent(event)
+        self._fit()
+
+    def _fit(self):
+        self.columns.fit(self.size(), self.fontMetrics().height())
 
     def sizeHint(self):
         """Return the size that a dock of rqt, or a window, begins with."""

@@ -38,7 +38,8 @@ class Status:
         for name, (good, text) in self._study.state.lines().items():
             label = self._panels.status[name]
             light = "<span style='color:{}'>\u25cf</span> {}"
-            label.setText(light.format(GOOD[good], html.escape(text)))
+            short = text.partition(":")[0] if name == "master" else text
+            label.setText(light.format(GOOD[good], html.escape(short)))
             label.setToolTip(text)
             label.setVisible(bool(text))
 

@@ -32,6 +32,9 @@ class StagePart:
     def publish(self, stamp):
         """Publish, before the odometry of this ``stamp``, what has subscribers."""
 
+    def report(self, stamp, rows):
+        """Publish, after the odometry of robots ``rows`` at ``stamp``, what else is known of them."""
+
     def repeat(self):
         """Publish the newest again: a node that simulated time waits for may have lost it."""
 

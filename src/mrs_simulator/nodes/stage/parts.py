@@ -14,7 +14,7 @@ from mrs_simulator.nodes.stage.world_topics import WorldTopics
 
 
 def make_parts(stage, preset, real):
-    """Return the ``WorldTopics`` of ``stage``, its drivers or None, and all its parts in their order.
+    """Return the ``WorldTopics`` of ``stage``, what gives robots commands, and all parts in their order.
 
     ``preset``: a ``Preset`` or None; ``real``: rows of robots that are real.  Sensors come before
     odometry: a node that waits for that has received them then.
@@ -40,4 +40,4 @@ def make_parts(stage, preset, real):
         StatusTopic(stage, mirror, sensors, unobeyed),
         Window(world),
     ]
-    return topics, drivers, parts
+    return topics, drivers.command if drivers else world.set_commands, parts

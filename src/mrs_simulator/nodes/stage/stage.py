@@ -71,7 +71,7 @@ class Stage:
             read(declared.STAGE_BASE_FRAME),
         )
         self.rivals = only_stage()
-        self.topics, self._drivers, self.parts = make_parts(self, preset, real)
+        self.topics, self._set_commands, self.parts = make_parts(self, preset, real)
         self._follow_team()
         self._services.open()
 
@@ -172,7 +172,7 @@ class Stage:
                 commands = part.taken(rows, commands)
             if self.trouble:
                 commands = np.zeros_like(commands)
-            (self._drivers.command if self._drivers else self.world.set_commands)(rows, commands)
+            self._set_commands(rows, commands)
             if self.lockstep:
                 self.lockstep.answered(rows)
         answers = self.inbox.answers.take()
@@ -232,11 +232,12 @@ class Stage:
             # Commands to all robots follow from any odometry, and each comes by itself.
             self.lockstep.expect(range(self.world.n))
         self.round_trips.sent(self._now())
+        stamp, listed = self.topics.stamp(), rows.tolist()
         for part in self.parts:
-            part.publish(self.topics.stamp())
+            part.publish(stamp)
         self.topics.publish_odometry(rows)
-        if self._drivers:
-            self._drivers.report(self.topics.stamp(), rows.tolist())
+        for part in self.parts:
+            part.report(stamp, listed)
 
     def _report_silence(self):
         rospy.logerr(

@@ -110,9 +110,6 @@ class PresetDrivers(StagePart):
     def go_on(self, row, goal):
         """Let robot ``row`` go on with its ``goal``."""
 
-    def report(self, stamp, rows):
-        """Publish what drivers report of robots ``rows`` at ``stamp``."""
-
     # Helps ---------------------------------------------------------------------------------------
 
     def subscribe(self, name, kind, to):

@@ -74,9 +74,6 @@ class Drivers(StagePart):
             if row not in self._motors and row not in self._absent:
                 self._motors[row] = Motors(row, self._switch, self._requests)
 
-    def report(self, stamp, rows):
-        """Only odometry is published."""
-
     def command(self, rows, commands):
         """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""
         rows = np.asarray(rows, dtype=int)

@@ -199,6 +199,8 @@ def become(request):
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends with the tests
     load(LOADED)
+    # Also of programs that are not the package's: a core busy while each ends.
+    sys.modules["mrs_simulator.ros.node.lifecycle"].end_servers_with_sockets()
     with contextlib.closing(socket.socket(fileno=int(sys.argv[1]))) as link_to_tests:
         child = serve(link_to_tests)
     if child is not None:

@@ -2,13 +2,15 @@
 
 import gc
 import socket
+import threading
 import weakref
 
 import pytest
+import rosgraph.xmlrpc
 from ros_fixtures import PATIENCE, wait_until
 
 from mrs_simulator.core.garbage import spare_garbage_collection
-from mrs_simulator.ros.node.lifecycle import Doorkeeper
+from mrs_simulator.ros.node.lifecycle import Doorkeeper, end_servers_with_sockets
 
 
 class Ring:
@@ -30,6 +32,18 @@ def test_what_is_there_is_spared_until_the_next_time():
         assert gone() is None
     finally:
         gc.unfreeze()
+
+
+def test_a_server_ends_when_its_node_shuts_down(monkeypatch):
+    monkeypatch.setattr(rosgraph.xmlrpc.ThreadingXMLRPCServer, "service_actions", None)
+    end_servers_with_sockets()
+    node = rosgraph.xmlrpc.XmlRpcNode()
+    serving = threading.Thread(target=node.run, daemon=True)
+    serving.start()
+    wait_until(lambda: node.uri)
+    node.shutdown("test")
+    serving.join(PATIENCE)
+    assert not serving.is_alive()
 
 
 def test_peers_without_a_header_keep_none_out():

@@ -1,12 +1,14 @@
 """Start and end of a node."""
 
 import contextlib
+import errno
 import os
 import signal
 import socket
 import threading
 import time
 
+import rosgraph.xmlrpc
 import rospy
 import rospy.impl.tcpros_base
 
@@ -34,6 +36,7 @@ def start_node(name, parameters=(), foreign=False):
     notifies the main loop.
     """
     refuse_unknown(parameters, foreign)
+    end_servers_with_sockets()
     rospy.init_node(name, disable_signals=True)
     _meet_peers_apart()
     warn_of_unknown(parameters)
@@ -47,6 +50,20 @@ def start_node(name, parameters=(), foreign=False):
         signal.signal(number, _end)
     if os.environ.get(PARENT) == str(os.getppid()):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+
+
+def end_servers_with_sockets():
+    """Let the XML-RPC servers of rospy's nodes end when their sockets close.
+
+    rospy closes the socket and does not end the loop over it: that would poll a closed socket, a core busy,
+    from the beginning of the shutdown until the process has ended.
+    """
+    rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _refuse_closed_socket
+
+
+def _refuse_closed_socket(server):
+    if server.socket.fileno() < 0:
+        raise OSError(errno.EBADF, "the server's socket is closed")
 
 
 def _meet_peers_apart():

@@ -411,11 +411,12 @@ stopped = gui.history.time[-1]
 click("control")
 begins_after(stopped)
 until(moved)
-click("stop")
-until(lambda: not gui.study.is_controlled())
 then = gui.history.time[-1]
-click("reset")
+click("reset")  # stops the controller first
+until(lambda: not gui.study.is_controlled())
 begins_after(then)
+then = gui.history.time[-1]
+until(lambda: gui.history.time[-1] > then + 0.5)
 assert abs(gui.history.pose - gui.scenario.poses).max() < 1e-6
 then = gui.history.time[-1]
 poses = gui.scenario.poses.copy()

@@ -31,7 +31,7 @@ def test_in_a_small_window_the_map_has_half_the_height_and_layers_are_in_a_menu(
     study.resize(599, 540)
     APP.processEvents()
     assert study.right.sizes()[0] == sizes[0]
-    study.resize(1280, 800)
+    study.resize(1900, 800)
     APP.processEvents()
     assert study.map.height() >= 350 and panel.shown["trails"].isVisible()
     assert not panel.layers.isVisible()

@@ -615,3 +615,20 @@ def test_another_run_begins_with_what_the_controller_obeys():
     history.clear()
     assert (history.scenario, history.staged) == (None, None)
     assert history.applied.during(0.0, 1.0) == ({"seed": 1}, [])
+
+
+def test_a_reset_waits_until_the_controller_has_stopped():
+    status = SimpleNamespace(running=True, trouble="", stale=(), command=[0] * 7)
+    connection = Connection(control=status, stage=SimpleNamespace(speed=1.0))
+    run = study(connection=connection)
+    connection.asked.clear()
+    run.do("reset")
+    assert ("ask", "stop") in connection.asked and ("ask", "reset") not in connection.asked
+    run.take_result("stop", True, "stopped")
+    assert connection.asked[-1] == ("ask", "reset")
+    connection.asked.clear()
+    run.take_result("stop", True, "stopped")  # of the button Stop
+    assert connection.asked == []
+    status.running = False
+    run.do("reset")
+    assert connection.asked == [("ask", "reset")]

@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QWidget,
 )
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
+from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.fields import TextField
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -146,7 +147,7 @@ class ObstacleFields(QWidget):
             self._editor.change(**{number: math.radians(value) if number == "yaw" else value})
         else:
             wanted = "a number above 0" if number in ABOVE_0 else "a number"
-            shown = number, self._editor.current.name, text, wanted
+            shown = number, self._editor.current.name, text, wanted + comma_remark(text)
             self.refused.emit("{} of {}: {!r}, wanted {}".format(*shown))
         self._show_number(name)
 

@@ -5,6 +5,7 @@ import html
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QGridLayout, QLabel, QWidget
+from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.fields import field
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel, TintedLabel
@@ -140,11 +141,13 @@ class _Row:
 
     def read(self):
         """Return the value of the field, None if it is not allowed."""
+        given = self.editor.read()
         try:
-            value = self.parameter.checked(self.editor.read())
+            value = self.parameter.checked(given)
         except ValueError as error:
             self.refused = True
-            self.complain(error)
+            number = isinstance(self.parameter.default, float)
+            self.complain(str(error) + (comma_remark(given) if number else ""))
             return None
         self.refused = False
         self.editor.settle()

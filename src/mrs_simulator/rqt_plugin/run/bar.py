@@ -39,7 +39,7 @@ ACTIONS = (
         "reset",
         "Reset",
         "Ctrl+0",
-        "Return the robots to their initial poses; time is not reset",
+        "Stop the controller, and return the robots to their initial poses",
     ),
     ("end", "End", "Ctrl+E", "End the simulation that was started here"),
     (

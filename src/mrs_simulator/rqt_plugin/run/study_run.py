@@ -31,11 +31,12 @@ class StudyRun:
         )
         self.missed = MissedPeriods()
         self.files = RunFiles(connection, processes, self.edited, self.missed)
+        self._resets = False  # once the controller has stopped
         self._actions = {
             "simulate": self.stage.simulate,
             "pause": self.stage.pause,
             "step": self.stage.step,
-            "reset": self.stage.reset,
+            "reset": self._reset,
             "end": self._end,
             "control": self.control.start,
             "stop": self.control.stop,
@@ -60,6 +61,9 @@ class StudyRun:
         """Take in the answer called ``name``; return a message, or ""."""
         if name == "simulated_time":
             return self.stage.start(success, answer)
+        if name == "stop" and self._resets:
+            self._resets = False
+            self.stage.reset()
         if name == "preflight":
             return self.control.checked(success, answer)
         return str(answer) if success else ErrorMessage("{} failed: {}".format(name, answer))
@@ -69,6 +73,13 @@ class StudyRun:
         self.control.end()
         self.stage.end()
         return "simulation ended"
+
+    def _reset(self, _):
+        """Put the robots to where they began; a controller that would move them on stops before."""
+        if self.is_controlled() and not self.state.real():
+            self._resets = True
+            return self.control.stop()
+        return self.stage.reset()
 
     def _bag(self, _):
         if self.processes.is_running("rosbag"):

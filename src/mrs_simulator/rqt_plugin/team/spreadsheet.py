@@ -2,6 +2,7 @@
 
 import math
 
+from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.scenario.scenario import FARTHEST
 
 HEADERS = ("robot", "x [m]", "y [m]", "heading [deg]", "kind")
@@ -17,7 +18,8 @@ def read_number(text, where):
     if not abs(value) <= FARTHEST:
         text = str(text)
         quote = text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 3] + "..."
-        raise ValueError("{}: {!r}, wanted a number within {:g}".format(where, quote, FARTHEST))
+        wanted = "wanted a number within {:g}{}".format(FARTHEST, comma_remark(text))
+        raise ValueError("{}: {!r}, {}".format(where, quote, wanted))
     return value
 
 

@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_ANALYSED = 200  # robots up to which eigenvalues are computed while editing
@@ -65,6 +66,7 @@ class TopologyPanel(QWidget):
 
     def _build_presets(self):
         row = QHBoxLayout()
+        row.addWidget(QLabel("Replace by"))
         self._preset = QComboBox()
         self._preset.addItems(MADE)
         self._preset.currentTextChanged.connect(self._on_preset)
@@ -219,7 +221,8 @@ class TopologyPanel(QWidget):
             edges = list(self._edges)
             edges[row] = tuple(edge)
         except ValueError:
-            self._message.setText("{!r}: wanted a number".format(text))
+            remark = comma_remark(text)
+            self._message.setText("{!r}: wanted a number{}".format(text, remark))
             self._show_table()
             return
         self._change(edges)

@@ -47,6 +47,7 @@ class Banners(QWidget):
             equal = [s for s in self._strips.values() if s.kind == kind and s is not strip]
             self._column.insertWidget(len(heavier) + len(equal), strip)
         strip.say(text)
+        strip.show()  # else Qt shows it later, and its height is not known before
         self.setVisible(True)
 
     def clear(self, matter):

@@ -4,7 +4,7 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.map.panel import MapPanel
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
-from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import QLocale, QSize, Qt
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QLabel,
     QSizePolicy,
@@ -45,6 +45,7 @@ class StudyPanels(QWidget):
         super().__init__(parent)
         self.setObjectName("MrsSimulator")
         self.setWindowTitle("Multi-robot simulator")
+        self.setLocale(QLocale.c())  # numbers as files have them, in any country
         self.bar, self.banners = RunBar(self), Banners(self)
         self.right, self.across = QSplitter(Qt.Vertical), QSplitter(Qt.Horizontal)
         self.right.addWidget(self._build_map())

@@ -48,8 +48,6 @@ class WholeRun:
             said = self._study.do("simulate", speed)
             self._wait_for("" if isinstance(said, ErrorMessage) else "simulation")
             return said
-        if self._study.is_controlled():
-            self._study.do("stop")
         self._study.do("reset")
         connection.ask("pause", False)
         self._wait_for("reset")

@@ -157,3 +157,27 @@ def test_a_simulation_of_others_has_ended_once_it_is_gone_from_the_master(study)
     connection.registered = frozenset()
     study.live.show_frame()
     assert study.map.last_run is not None
+
+
+def test_the_loss_of_the_master_has_a_banner_until_it_is_back(study):
+    for online, lost in ((False, False), (True, False), (False, True), (True, False)):
+        study.connection.master_online = online
+        study.status_line.show()
+        assert ("master does not answer" in study.banners.text("master")) == lost
+
+
+def test_the_banner_of_a_law_that_hangs_can_be_closed_and_comes_again_with_another(
+    study, monkeypatch
+):
+    hanging = ["has not answered for 4 s"]
+    monkeypatch.setattr(study.study.state, "hangs", lambda: hanging[0])
+    for here in (True, False):
+        study.study.processes.is_running.side_effect = lambda name, here=here: here
+        study.status_line._show_hanging()
+        assert hanging[0] in study.banners.text("hangs")
+        study.banners.button("hangs", "Close").click()
+        study.status_line._show_hanging()
+        assert not study.banners.text("hangs")
+        kept, hanging[0] = hanging[0], ""
+        study.status_line._show_hanging()
+        hanging[0] = kept

@@ -7,6 +7,10 @@ LATCHED = (
     "EMERGENCY STOP: no controller moves any robot. Press RELEASE STOP to release it, and then "
     "Start controller to go on, or Run."
 )
+MASTER_LOST = (
+    "The ROS master does not answer. Programs that run go on, and EMERGENCY STOP reaches controllers that "
+    "were connected; nothing can be started, reset or paused until roscore runs again."
+)
 UNTIMELY = (
     "{}. This run gets no verdict: choose a slower speed in the box beside End, and press Run."
 )
@@ -19,6 +23,7 @@ class Status:
         """``trial``: the ``LawTrial``, during which nothing can be done; ``whole``: the ``WholeRun``."""
         self._whole = whole
         self._panels, self._study, self._results, self._trial = panels, study, results, trial
+        self._had_master, self._dismissed = False, False  # the banner of a hanging law
 
     def show(self):
         """Show all of it as it is now."""
@@ -31,6 +36,7 @@ class Status:
             bar.set_emergency(self._study.state.is_emergency())
         self.show_possible()
         self.show_alarm()
+        self._show_master()
         self._show_hanging()
         self._show_timing()
 
@@ -73,16 +79,32 @@ class Status:
         else:
             self._panels.banners.clear("emergency")
 
+    def _show_master(self):
+        """Show a banner from when the master is lost until it is there again."""
+        online = self._study.connection.master_online
+        self._had_master = self._had_master or online
+        if self._had_master and not online:
+            self._panels.banners.notify("master", "error", MASTER_LOST)
+        else:
+            self._panels.banners.clear("master")
+
     def _show_hanging(self):
         banners, hangs = self._panels.banners, self._study.state.hangs()
-        if hangs and self._study.processes.is_running("control"):
+        self._dismissed, close = self._dismissed and bool(hangs), ("Close", self._dismiss)
+        if self._dismissed:
+            banners.clear("hangs")
+        elif hangs and self._study.processes.is_running("control"):
             text = "The controller {}: its law hangs, or takes too long.".format(hangs)
-            banners.notify("hangs", "error", text, ("Kill controller", self._kill))
+            banners.notify("hangs", "error", text, ("Kill controller", self._kill), close)
         elif hangs:
             text = "The controller {}. It was started elsewhere: end it there.".format(hangs)
-            banners.notify("hangs", "error", text)
+            banners.notify("hangs", "error", text, close)
         else:
             banners.clear("hangs")
+
+    def _dismiss(self):
+        self._dismissed = True
+        self._panels.banners.clear("hangs")
 
     def _kill(self):
         self._panels.say(self._study.do("kill"))

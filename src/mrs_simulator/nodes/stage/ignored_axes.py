@@ -7,7 +7,7 @@ from mrs_simulator.core.kinematics import TWIST_AXES
 from mrs_simulator.nodes.stage.part import StagePart
 
 
-class Unobeyed(StagePart):
+class IgnoredAxes(StagePart):
     """Takes from the Twists that came what each robot obeys."""
 
     def __init__(self, world):

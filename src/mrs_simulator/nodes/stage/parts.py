@@ -2,7 +2,7 @@
 
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
-from mrs_simulator.nodes.stage.ignored_axes import Unobeyed
+from mrs_simulator.nodes.stage.ignored_axes import IgnoredAxes
 from mrs_simulator.nodes.stage.load_topics import LoadTopics
 from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror
@@ -25,19 +25,19 @@ def make_parts(stage, preset, real):
     odometry = (preset and preset.odometry) or stage.scenario.odometry
     topics = WorldTopics(world, frames, inbox, odometry, mirror, sensors.fixed_frames)
     drivers = preset and preset.drivers(world, stage.requests, absent=real)
-    unobeyed = Unobeyed(world)
+    ignored = IgnoredAxes(world)
     parts = [
         mirror,
         sensors,
         topics,
         *([drivers] if drivers else []),
-        unobeyed,
+        ignored,
         ArmTopics(world, inbox),
         LoadTopics(world, frames.world),
         FlightServices(world, stage.requests, absent=real),
         ScenarioTopic(stage.stands_for),
         MapTopics(stage.scenario, frames.world, topics.stamp()),
-        StatusTopic(stage, mirror, sensors, unobeyed),
+        StatusTopic(stage, mirror, sensors, ignored),
         Window(world),
     ]
     return topics, drivers.command if drivers else world.set_commands, parts

@@ -16,7 +16,7 @@ from mrs_simulator.sensors.suite import Suite
 OWN_TOPICS = ("base_link", "cmd_vel", "motors_state", "odom")  # of a robot, or its frames
 KEPT = 0.9  # [-] of its rate that a sensor keeps without a word
 LATELY = 5.0  # [s] of wall time
-MOST_TOLD = 8  # [-] texts in one status
+MOST_SHOWN = 8  # [-] texts in one status
 
 
 class SensorTopics(StagePart, rospy.SubscribeListener):
@@ -174,7 +174,7 @@ class SensorTopics(StagePart, rospy.SubscribeListener):
             lost = topic.lately_left_out() if topic.has_subscribers else 0
             if lost:
                 texts.append("{}: a listener was too slow for {} messages".format(name, lost))
-        return texts[:MOST_TOLD]
+        return texts[:MOST_SHOWN]
 
 
 class _Topic:

@@ -24,10 +24,10 @@ def named(rows):
 class StatusTopic(StagePart):
     """The topic ``~status`` of a stage."""
 
-    def __init__(self, stage, mirror, sensors, unobeyed):
-        """``mirror``, ``sensors``, ``unobeyed``: the parts of ``stage`` that have a share in it."""
+    def __init__(self, stage, mirror, sensors, ignored):
+        """``mirror``, ``sensors``, ``ignored``: the parts of ``stage`` that have a share in it."""
         self._stage, self._last = stage, 0.0  # [s] of wall time
-        self._mirror, self._sensors, self._unobeyed = mirror, sensors, unobeyed
+        self._mirror, self._sensors, self._ignored = mirror, sensors, ignored
         self._publisher = publisher("~status", StageStatus, queue_size=1)
         self._real_silent, self._jumped = [], frozenset()
         self._silent, self._refused = set(), np.zeros(0, dtype=int)
@@ -100,7 +100,7 @@ class StatusTopic(StagePart):
             waiting_for=[row + 1 for row in waiting],
             timed_out=[row + 1 for row in sorted(self._silent)],
             refused=world.commands.refused.tolist(),
-            unobeyed=self._unobeyed.counts.tolist(),
+            unobeyed=self._ignored.counts.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
             missed_periods=stage.round_trips.missed,
             command_periods=stage.round_trips.periods,

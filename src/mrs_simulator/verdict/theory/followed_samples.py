@@ -30,7 +30,7 @@ def followed_samples(law, robots, run, period):
 
     Each sample is followed to the next.  That is the motion from the start, but for ``SURE``, where the
     samples are met and no difference grows: the law keeps points close, and no command moves a point by
-    more than ``l``, which could turn its robot too far.  Told of laws that see no more than the points
+    more than ``l``, which could turn its robot too far.  Made of laws that see no more than the points
     and the time, and of robots without ramps whose commands fall on the samples.
     """
     count = _commands_between(run.time - run.time[0], period)

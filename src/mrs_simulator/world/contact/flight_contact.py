@@ -2,7 +2,7 @@
 
 Flight stays where it is: from one substep to the next, a body is put where it was and given the velocities
 that flight gives it, weight and rotors included; the solver moves it on and lets it touch the ground,
-obstacles and others of its drive.  Who touches nothing flies on as without it.  Nobody within reach costs a
+obstacles and others of its drive.  Who touches nothing flies on as without it.  None within reach costs a
 few comparisons, and no solver.
 """
 

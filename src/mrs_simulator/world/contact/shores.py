@@ -13,7 +13,7 @@ FAR_AWAY = 1e9  # [m] from any land
 def off_land(team, points, obstacles):
     """Return which robots, (n,) bool, on wheels have their ``points`` (n, 2) [m] in water: on no land.
 
-    Nobody where ``obstacles`` have no land.
+    None where ``obstacles`` have no land.
     """
     land = [each for each in obstacles if is_flat(each)]
     on_wheels = np.array([kind.module.MEDIUM == "ground" for kind in team.kinds])

@@ -16,7 +16,7 @@ WATCH_PERIOD = 0.1  # [s] between two looks of the driver's watchdog
 NOT_CHARGING = 0  # of ``battery_recharge_state``
 # What the driver publishes of sensors that kinds declare, by type: all with its poses, voltages in steps of
 # 0.1 V, echoes in whole mm; the transducers of an array of eight take turns.
-TOLD = {
+PUBLISHED = {
     "battery": {"rate": ODOM_RATE, "noise": {"quantum": 0.1}},
     "bumper": {},
     "sonar": {"turns": 8, "cycle": 0.04, "noise": {"quantum": 0.001}},
@@ -41,9 +41,9 @@ def behind_rosaria(scenario):
 def _reported(kind):
     """Return what the driver publishes of the sensors that ``kind`` declares, mounts by name."""
     return {
-        name: dict(TOLD[mount["type"]])
+        name: dict(PUBLISHED[mount["type"]])
         for name, mount in kind.mounts.items()
-        if mount is not None and mount.get("type") in TOLD
+        if mount is not None and mount.get("type") in PUBLISHED
     }
 
 

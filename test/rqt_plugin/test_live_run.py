@@ -170,11 +170,13 @@ def test_the_banner_of_a_law_that_hangs_can_be_closed_and_comes_again_with_anoth
     study, monkeypatch
 ):
     hanging = ["has not answered for 4 s"]
+    study.connection.newest.side_effect = lambda name: "law.py:3" if name == "law_at" else None
     monkeypatch.setattr(study.study.state, "hangs", lambda: hanging[0])
     for here in (True, False):
         study.study.processes.is_running.side_effect = lambda name, here=here: here
         study.status_line._show_hanging()
         assert hanging[0] in study.banners.text("hangs")
+        assert ("law hangs at law.py:3," in study.banners.text("hangs")) == here
         study.banners.button("hangs", "Close").click()
         study.status_line._show_hanging()
         assert not study.banners.text("hangs")

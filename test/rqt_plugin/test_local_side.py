@@ -200,7 +200,9 @@ def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):
     until(gui.study.state.hangs)
     assert connection.is_fresh("stage")  # which goes on
     print(gui.study.state.lines()["controller"])
-    gui.say(gui.study.do("kill"))
+    until(lambda: "its law hangs at hangs.py:1" in gui.banners.text("hangs"))
+    assert "in pointMassLaw, or takes too long" in gui.banners.text("hangs")
+    gui.banners.button("hangs", "Kill controller").click()
     until(lambda: not gui.study.processes.is_running("stage"))
     until(lambda: gui.bar.button("simulate").isEnabled())
     gui.study.files.keep(gui.history)

@@ -31,7 +31,8 @@ class Connection(abc.ABC):
         """Return the newest that was received as ``name``, None before the first.
 
         stage: a ``Stage``; control: a ``Controller``; scenario: the stage's scenario, in YAML; emergency:
-        whether the emergency stop is pressed.
+        whether the emergency stop is pressed; law_at: file, line and function of the law that keeps the
+        controller waiting, where that is known.
         """
 
     @abc.abstractmethod

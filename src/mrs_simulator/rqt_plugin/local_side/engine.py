@@ -4,6 +4,7 @@ It sends what happens as ``(name, value)``, and is sent requests as ``(name, arg
 """
 
 import contextlib
+import os
 import sys
 import tempfile
 import threading
@@ -13,7 +14,7 @@ from multiprocessing.connection import Client
 
 import numpy as np
 
-from mrs_simulator.control.user_code import call, raised
+from mrs_simulator.control.user_code import PACKAGE, call, raised
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.record.controller_log import LAW_FAILED, deadlock_text, failure
@@ -35,6 +36,7 @@ NO_CONTROLLER = "no controller runs"
 # Wall times [s]: between two looks at requests, two pictures, two statuses, two pictures at rest.
 LOOK, PICTURE, STATUS, REST = 0.005, 0.03, 0.1, 0.2
 NAP = 0.01  # [s] of wall time that is waited at most for a request
+NOT_USERS = PACKAGE, os.path.dirname(os.__file__), "<"  # how files begin that are not users'
 BEAT = 0.4  # [s] of wall time without a status after which the last one is sent again
 
 
@@ -44,6 +46,7 @@ class Link:
     def __init__(self, address):
         self._connection, self._lock = Client(address), threading.Lock()
         self._status, self._sent = None, time.monotonic()
+        self._thread = threading.get_ident()  # which runs laws
         threading.Thread(target=self._beat, daemon=True).start()
 
     def send(self, name, value=None):
@@ -66,8 +69,22 @@ class Link:
             if self._status is not None and time.monotonic() - self._sent > BEAT:
                 try:
                     self.send("stage", self._status)
+                    self.send("law_at", place_of(sys._current_frames().get(self._thread)))
                 except OSError:  # the GUI is gone, and this program ends
                     return
+
+
+def place_of(frame):
+    """Return file, line and function of a user's code that a ``frame`` is in, "" without such code."""
+    stack = traceback.extract_stack(frame) if frame is not None else ()
+    own = [
+        each
+        for each in stack
+        if not each.filename.startswith(NOT_USERS) and "-packages" not in each.filename
+    ]
+    if not own:
+        return ""
+    return "{}:{}, in {}".format(os.path.basename(own[-1].filename), own[-1].lineno, own[-1].name)
 
 
 class Engine:

@@ -94,7 +94,9 @@ class Status:
         if self._dismissed:
             banners.clear("hangs")
         elif hangs and self._study.processes.is_running("control"):
-            text = "The controller {}: its law hangs, or takes too long.".format(hangs)
+            at = self._study.connection.newest("law_at")
+            where = " at {}".format(at) if at else ""
+            text = "The controller {}: its law hangs{}, or takes too long.".format(hangs, where)
             banners.notify("hangs", "error", text, ("Kill controller", self._kill), close)
         elif hangs:
             text = "The controller {}. It was started elsewhere: end it there.".format(hangs)

@@ -1,6 +1,7 @@
 """What the GUI shows of a run while its scenario is edited."""
 
 import os
+from types import SimpleNamespace
 from unittest import mock
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -183,3 +184,11 @@ def test_the_banner_of_a_law_that_hangs_can_be_closed_and_comes_again_with_anoth
         kept, hanging[0] = hanging[0], ""
         study.status_line._show_hanging()
         hanging[0] = kept
+
+
+def test_a_stop_that_was_asked_for_is_no_error(study):
+    for trouble, wrong in (("stopped by request", False), ("the law failed", True)):
+        status = SimpleNamespace(trouble=trouble, running=False, stopped=())
+        study.live._report_trouble(status)
+        assert bool(study.banners.text("error")) == wrong
+        assert trouble in study.messages.toPlainText()

@@ -632,3 +632,11 @@ def test_a_reset_waits_until_the_controller_has_stopped():
     status.running = False
     run.do("reset")
     assert connection.asked == [("ask", "reset")]
+
+
+def test_a_file_that_ends_its_program_as_it_is_imported_is_named_with_the_line(tmp_path):
+    law = tmp_path / "ends.py"
+    law.write_text("import sys\n\nsys.exit(3)\n")
+    run = study()
+    said = run.edited.set_protocol(str(law))
+    assert "SystemExit(3)" in said and "ends.py:3: sys.exit(3)" in said

@@ -96,7 +96,7 @@ def outcome(serve, request):
 
 def blamed(error):
     """Return what ``error`` says, with the last line of a user's file that led to it."""
-    origin = error.__cause__ or error
+    origin = raised(error.__cause__ or error)
     frames = [
         frame
         for frame in traceback.extract_tb(origin.__traceback__)

@@ -22,7 +22,7 @@ from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord, sizes
 from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.run.stage_run import OF_THE_STAGE
-from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY, RELEASED
+from mrs_simulator.rqt_plugin.run.study_state import BY_REQUEST, EMERGENCY, RELEASED
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.state.status import Controller, Stage
 from mrs_simulator.study.programs import refusing_bad_input
@@ -31,7 +31,6 @@ from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.world.world import World
 
-STOPPED = "stopped by request"
 NO_CONTROLLER = "no controller runs"
 # Wall times [s]: between two looks at requests, two pictures, two statuses, two pictures at rest.
 LOOK, PICTURE, STATUS, REST = 0.005, 0.03, 0.1, 0.2
@@ -165,7 +164,7 @@ class Engine:
         self._experiment, self._ran = experiment, experiment.scenario
         self._paused = self._paused and not self._is_over
         self._is_over, self._known = False, (0, 0)
-        self._running, self._trouble = running, "" if running else STOPPED
+        self._running, self._trouble = running, "" if running else BY_REQUEST
         self._watch(self._watched)
         self._pacer.resume()
         self._link.send("run", directory)
@@ -244,8 +243,8 @@ class Engine:
     def _on_stop(self):
         if self._experiment is not None and self._running:
             self._experiment.halt()
-            self._running, self._trouble = False, STOPPED
-            self._record.note_stop(STOPPED)
+            self._running, self._trouble = False, BY_REQUEST
+            self._record.note_stop(BY_REQUEST)
         return "stopped"
 
     def _on_emergency(self, on):

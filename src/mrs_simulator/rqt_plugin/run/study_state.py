@@ -3,6 +3,7 @@
 from mrs_simulator.state.columns import REAL
 
 EMERGENCY = "emergency stop"  # the controller's text for it
+BY_REQUEST = "stopped by request"  # and that for a stop that a user asked for
 RELEASED = "the emergency stop was released"
 NO_MASTER = "no ROS master"
 NO_STAGE = "no simulation runs"
@@ -103,7 +104,8 @@ class StudyState:
             and not self.is_emergency()
         ):
             return None, "controller: stopped; emergency stop released: press Start"
-        return False, "controller: {}".format(control.trouble or "stopped")
+        good = None if control.trouble == BY_REQUEST else False
+        return good, "controller: {}".format(control.trouble or "stopped")
 
     def _robots(self):
         snapshot = self.connection.snapshot()

@@ -8,7 +8,7 @@ import numpy as np
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.record.run_changes import changed_by, read_changes
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
-from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
+from mrs_simulator.rqt_plugin.run.study_state import BY_REQUEST, EMERGENCY
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.law_answers import Prediction
 
@@ -212,8 +212,9 @@ class LiveRun:
         """Report once why a controller stopped all robots or some of them."""
         if control.trouble != self._reported_trouble and (not control.running or control.stopped):
             text = control.trouble and "controller: {}".format(control.trouble)
-            # Of the emergency stop there is a bar of its own.
-            self._panels.say(text if control.trouble == EMERGENCY else ErrorMessage(text))
+            # Of the emergency stop there is a bar of its own; the other was wanted.
+            expected = control.trouble in (EMERGENCY, BY_REQUEST)
+            self._panels.say(text if expected else ErrorMessage(text))
         self._reported_trouble = control.trouble
 
     def _show_warnings(self, control):

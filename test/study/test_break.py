@@ -134,6 +134,8 @@ def test_the_same_seed_finds_the_same(path, tmp_path):
             5,
             "--optimiser",
             "random",
+            "--formats",
+            "",
         )
     assert (tmp_path / "a" / "search.json").read_bytes() == (
         tmp_path / "b" / "search.json"

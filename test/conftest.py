@@ -5,6 +5,9 @@ import os
 import resource
 import sys
 
+# Before numpy is loaded: workers and processes share the cores, and each one's second thread would spin.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
 import pytest
 from gui_fixtures import gui, no_hidden_errors  # noqa: F401
 from old_rospy import rospy_fails_by_itself, stand_aside

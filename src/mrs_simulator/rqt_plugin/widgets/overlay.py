@@ -33,8 +33,8 @@ class Overlay(QObject):
         """Put the widget in its place."""
         corner = self._floor.mapTo(self._widget.parentWidget(), QPoint(0, 0))
         width, layout = self._floor.width(), self._widget.layout()
-        high = layout.heightForWidth(width) if layout.hasHeightForWidth() else -1
-        high = layout.sizeHint().height() if high < 0 else high
+        high = layout.totalHeightForWidth(width) if layout.hasHeightForWidth() else -1
+        high = layout.totalSizeHint().height() if high < 0 else high
         down = self._floor.height() - high if self._below else 0
         self._widget.setGeometry(corner.x(), corner.y() + down, width, high)
         self._widget.raise_()

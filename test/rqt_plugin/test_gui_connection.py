@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
 from mrs_simulator.core.spatial import headings
+from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import master as master_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
@@ -17,7 +18,10 @@ from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.state.columns import SPATIAL
+from mrs_simulator.world.world import EVERY, World
 
 HUNG = """
 import rospy, threading
@@ -61,6 +65,19 @@ def odometry(stamp, x, turn):
     message.header.stamp = rospy.Time.from_sec(stamp)
     message.pose.pose = Pose(Point(x, 0.0, 0.0), Quaternion(*turn))
     return message
+
+
+def test_a_run_begins_with_its_first_command_though_the_one_before_ended_in_motion():
+    world = World.from_scenario(load_scenario(scenario_path("paper_four.yaml")))
+    world.set_commands(EVERY, np.full((world.n, 2), 0.3))
+    inbox = Inbox()
+    for time, run in ((1.00, 0), (1.10, 0), (1.12, 1), (1.14, 1), (1.22, 1)):
+        inbox.keep_state(team_state(world, rospy.Time(time), "world", (1, run)))
+    taken = [sample if sample is None else round(sample.time, 2) for sample in inbox.take_samples()]
+    assert taken == [1.0, 1.1, None, 1.12, 1.22]
+    inbox.begin_run()  # by another controller, while the robots go on
+    inbox.keep_state(team_state(world, rospy.Time(1.26), "world", (1, 1)))
+    assert [sample and sample.time for sample in inbox.take_samples()] == [None, 1.26]
 
 
 def test_the_time_of_real_robots_counts_from_the_first_message():

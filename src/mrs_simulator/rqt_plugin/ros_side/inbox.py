@@ -63,7 +63,7 @@ class Inbox(Received):
             # The curves need less than every step of a fast simulation.
             kept = self._newest.get("kept", -1.0)
             if last is not None and (last.stage, last.run) != (message.stage, message.run):
-                self._samples.append(None)  # a reset, another team, another stage: another run
+                self._begin()  # a reset, another team, another stage
             due = last is None or stamp < kept or stamp >= kept + SAMPLE_PERIOD - 1e-9
             stood, self._moves = not self._moves, is_commanded(message)
             if due or (stood and self._moves):  # a run begins with its very first command
@@ -89,7 +89,12 @@ class Inbox(Received):
     def begin_run(self):
         """Count samples from now on as another run."""
         with self._lock:
-            self._samples.append(None)
+            self._begin()
+
+    def _begin(self):
+        # Robots may move from its first state on, as they did at the end of the run before.
+        self._samples.append(None)
+        self._moves = False
 
     # Reading -------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import ErrorLog
+from mrs_simulator.rqt_plugin.window.edge_lens import EdgeLens
 from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
 from mrs_simulator.rqt_plugin.window.live_run import LiveRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
@@ -44,6 +45,7 @@ class StudyWidget(StudyPanels):
         self.files = ScenarioFiles(self, self.study, self.editing, self.live, self.pending_team)
         self.load, self.save_scenario = self.files.load, self.files.save
         self.sensing = Sensing(self, self.study, self.history)
+        self.edge_lens = EdgeLens(self, self.study)
         self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
@@ -143,6 +145,7 @@ class StudyWidget(StudyPanels):
             self.say(ErrorMessage(text))
         self.results.show_progress()
         self.live.show_prediction()
+        self.edge_lens.follow()
         self.say(self.pending_team.send())
         if self.study.state.is_emergency():
             self.study.preflight.cancel()
@@ -181,6 +184,7 @@ class StudyWidget(StudyPanels):
         for timer in self.findChildren(QTimer):
             timer.stop()
         self.trial.close()
+        self.edge_lens.close()
         self.results.close()
         self.edits.forget()
         self._errors.close()

@@ -49,6 +49,32 @@ def draw_heads(painter, style, begin, end, widths, shade):
         painter.drawConvexPolygon(polygon(head))
 
 
+def draw_hovered(painter, style, area, segment, directed, at, text):
+    """Draw the edge under the mouse, from ``segment[0]`` to ``segment[1]`` [px].
+
+    The lines of ``text`` stand in the corner of ``area`` that is farthest from the mouse ``at`` (2,) [px].
+    """
+    begin, end = segment
+    painter.setPen(QPen(style.highlight, 3.0 * style.unit))
+    painter.drawLine(QLineF(*begin, *end))
+    if directed:
+        ends = begin[np.newaxis], end[np.newaxis]
+        draw_heads(painter, style, *ends, np.array([3.0 * style.unit]), style.highlight)
+    if not text:
+        return
+    metrics, lines, gap = painter.fontMetrics(), text.split("\n"), 0.4 * style.line
+    box = QRectF(0.0, 0.0, max(map(metrics.horizontalAdvance, lines)), len(lines) * style.line)
+    box.adjust(-gap, -gap, gap, gap)
+    left, top = at[0] > area.center().x(), at[1] > area.center().y()
+    box.moveLeft(area.left() + gap if left else area.right() - gap - box.width())
+    box.moveTop(area.top() + gap if top else area.bottom() - gap - box.height())
+    painter.setPen(QPen(style.mixed(0.3), style.unit))
+    painter.setBrush(faded(style.base, 0.92))
+    painter.drawRect(box)
+    painter.setPen(style.text)
+    painter.drawText(box.adjusted(gap, gap, -gap, -gap), Qt.AlignLeft, text)
+
+
 def draw_band(painter, style, begin, end, reached, text):
     """Draw the edge being drawn from ``begin`` to ``end`` [px], with its head there, and ``text``.
 

@@ -29,6 +29,17 @@ class Edges:
         pairs = {edge[:2] for edge in self.list}
         return (i, j) in pairs or (not self.directed and (j, i) in pairs)
 
+    def described(self, edge):
+        """Return in words what the ``edge`` is."""
+        how = "receives from robot" if self.directed else "and robot"
+        return "Robot {0} {3} {1}, weight a({0}, {1}) = {2:g}".format(*edge, how)
+
+    def segment_of(self, edge, numbers, pose, frame, unit, shapes):
+        """Return where the ``edge`` begins and ends, (2,) [px] each; None where it is not in view."""
+        segments = self.segments(numbers, pose, frame, unit, shapes)[0]
+        found = [row for row, at in enumerate(segments.place) if self.list[at] == edge]
+        return (segments.begin[found[0]], segments.end[found[0]]) if found else None
+
     def _table(self, numbers):
         """Return the receivers' rows, the senders' rows, weights and indices in the list, (m,) each."""
         if self._numbers != numbers:

@@ -26,6 +26,7 @@ class PaintedMap(MapScene):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._ground, self._cursor, self._moved = Ground(), None, False
+        self.hovered, self.hover_text = None, ""  # the edge under the mouse, and what is said of it
         self._robots, self._plates, self._crosses = Sprites(), Sprites(), Sprites()
         self._heights = Sprites()
         self.cost = 0.0  # [s] that the last picture took
@@ -168,6 +169,8 @@ class PaintedMap(MapScene):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
         for age, place in self.flashes.ages():
             marks.draw_flash(painter, style, self.frame, place, age)
+        if self.hovered is not None and self.drag is None:
+            self._paint_hovered(painter, style)
         if self.drag is not None and self.drag.kind == "edge" and self._moved:
             row = self.robot_at(self._cursor)
             begin = self.frame.to_screen(self.team.pose[self.drag.row])
@@ -175,6 +178,15 @@ class PaintedMap(MapScene):
             end = self.frame.to_screen(self.team.pose[row]) if reached else self._cursor
             text = self.edge_text(self.drag.row, row if reached else -1)
             edge_drawing.draw_band(painter, style, begin, end, reached, text)
+
+    def _paint_hovered(self, painter, style):
+        """Paint the edge under the mouse, which a click removes."""
+        team = self.team.numbers, self.team.pose, self.frame, style.unit, self.team.shapes
+        segment = self.edges.segment_of(self.hovered, *team) if self._mode == "edges" else None
+        if segment is not None:
+            shown = self._cursor, self.hover_text
+            directed = self.edges.directed
+            edge_drawing.draw_hovered(painter, style, self.frame.area, segment, directed, *shown)
 
     def edge_text(self, row, other):
         """Return the text beside the edge drawn from robot ``row`` to ``other``, -1 for none."""

@@ -36,6 +36,7 @@ class MapView(PaintedMap):
     pose_edited = Signal(int, float, float, float)  # number, x [m], y [m], theta [rad]
     edge_added = Signal(int, int)  # i receives from j
     edge_removed = Signal(int, int)
+    edge_hovered = Signal(object)  # (i, j, weight) under the mouse while edges are edited, or None
     robot_clicked = Signal(int)
     obstacles_edited = Signal(object)  # all that may be edited, a tuple
     changed = Signal()  # of the obstacle that is edited
@@ -90,7 +91,29 @@ class MapView(PaintedMap):
                 self._drag_to(at, bool(event.modifiers() & Qt.ShiftModifier))
         else:
             self.setCursor(self._cursor_at(at))
+            self._hover(at)
         self._cursor = at
+
+    @guarded
+    def leaveEvent(self, event):
+        """Hover over no edge any more."""
+        super().leaveEvent(event)
+        self._hover(None)
+
+    def _hover(self, at):
+        """Take note of the edge at ``at`` (2,) [px], None for outside, where a click would remove it."""
+        edits = self._mode == "edges" and at is not None and self.robot_at(at) < 0
+        edge = self.edge_at(at) if edits else None
+        if edge != self.hovered:
+            self.hovered, self.hover_text = edge, ""
+            self.edge_hovered.emit(edge)
+            self.update()
+
+    def show_hover_text(self, text):
+        """Show ``text`` on the edge under the mouse."""
+        if text != self.hover_text:
+            self.hover_text = text
+            self.update()
 
     def _cursor_at(self, at):
         """Return the cursor for what a press at ``at`` would do."""
@@ -158,6 +181,7 @@ class MapView(PaintedMap):
             edge = self.edge_at(at)
             if edge is not None:
                 self.edge_removed.emit(*edge[:2])
+            self._hover(at)
 
     @guarded
     def mouseDoubleClickEvent(self, event):
@@ -237,9 +261,8 @@ class MapView(PaintedMap):
             edge = self.edge_at(at)
             obstacles = self._standing + self._moving
             found = obstacle_at(obstacles, self.frame.to_plane(at), 0.0)
-            if edge is not None:
-                how = "receives from robot" if self.edges.directed else "and robot"
-                text = "Robot {0} {3} {1}, weight a({0}, {1}) = {2:g}".format(*edge, how)
+            if edge is not None and not self.hover_text:
+                text = self.edges.described(edge)
             elif found >= 0:
                 text = described(obstacles[found])
         QToolTip.showText(event.globalPos(), text, self)

@@ -157,6 +157,17 @@ class EditedScenario:
             self._connection.set_topology(edges, directed)
         return wrong
 
+    def settling_with(self, topology):
+        """Return in words how long the team would take over ``topology``, "" where theory says nothing.
+
+        It may take long, and is for a thread of its own.  Raises what the law raises.
+        """
+        scenario = self.scenario
+        parameters = self._background.ask("parameters_with", scenario, topology)
+        control = scenario.control._replace(parameters=parameters)
+        changed = scenario._replace(topology=topology, control=control)
+        return self._background.ask("prediction", changed).settling
+
     def starts(self):
         """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
         return self.scenario.poses if self.scenario.odometry == "wheel" else None

@@ -1,7 +1,7 @@
 """The topology editor: table of edges, and the quantities that decide convergence."""
 
 from mrs_simulator.core.graphs import PRESETS, Topology
-from mrs_simulator.core.spectra import algebraic_connectivity
+from mrs_simulator.core.spectra import ZERO, algebraic_connectivity
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QAbstractItemView,
@@ -155,8 +155,12 @@ class TopologyPanel(QWidget):
 
     def remove_edge(self, i, j):
         """Remove the edge between i and j, either way round if undirected."""
+        self._change(self.without(i, j))
+
+    def without(self, i, j):
+        """Return the edges without the one between i and j, either way round if undirected."""
         gone = {(i, j)} if self._directed else {(i, j), (j, i)}
-        self._change([edge for edge in self._edges if edge[:2] not in gone])
+        return [edge for edge in self._edges if edge[:2] not in gone]
 
     # What a person does --------------------------------------------------------------------------
 
@@ -266,8 +270,13 @@ class TopologyPanel(QWidget):
         if self._n > MOST_ANALYSED:
             self._figures["lambda"].setText("not computed above {} robots".format(MOST_ANALYSED))
             return
-        slowest = algebraic_connectivity(topology)
-        self._figures["lambda"].setText("{:.4g}".format(slowest if abs(slowest) > 1e-9 else 0.0))
+        self._figures["lambda"].setText(connectivity_text(topology))
+
+
+def connectivity_text(topology):
+    """Return ``lambda_2`` of the ``topology`` as it is written."""
+    slowest = algebraic_connectivity(topology)
+    return "{:.4g}".format(slowest if abs(slowest) > ZERO else 0.0)
 
 
 def _pairs(edges):

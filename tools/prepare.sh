@@ -94,11 +94,11 @@ install_packages() {
   missing=($(missing_packages "$@"))
   [ ${#missing[@]} = 0 ] && return
   printf -- '== %d system packages are missing: %s\n' ${#missing[@]} "${missing[*]}"
-  [ "$(id -u)" = 0 ] || command -v sudo >/dev/null ||
-    fail "installing system packages" "run this as root once, or install sudo"
+  as_root true || fail "installing system packages" "run this as root once, or as a user whom sudo lets"
   local advice="see $log; check the network and the package sources, then run this again"
   as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
-  LC_ALL=C apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>>"$log" |
+  # Refused to whoever is not root, even for the sizes.
+  as_root env LC_ALL=C apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>>"$log" |
     sed -n 's/^Need to get \(.*\) of archives.*/   \1 to download/p; s/^After this operation, \(.* will be used\)\.*/   \1/p'
   # The status has a channel of its own and goes to the terminal as a few lines, the rest to the log.
   # The channel is opened behind sudo, which passes none on.

@@ -108,6 +108,33 @@ def test_on_a_system_without_ros_the_front_door_says_what_works(tmp_path):
     assert "pip install . && mrs-simulator experiment paper.yaml" in remedy
 
 
+def installed(folder, sudo):
+    """Return what ``install_packages`` does for a user on a system with that ``sudo``."""
+    (folder / "build").mkdir()
+    programs = {
+        "id": "echo 1000",
+        "sudo": sudo,
+        "dpkg-query": "exit 1",
+        # As apt does, which takes a lock even where it only asks.
+        "apt-get": '[ "$ROOT" ] && echo Need to get 306 MB of archives.',
+    }
+    for name, text in programs.items():
+        (folder / name).write_text("#!/bin/sh\n{}\n".format(text))
+        (folder / name).chmod(0o755)
+    path = "{}:{}".format(folder, os.environ["PATH"])
+    return shell(folder, "install_packages python3-rospy", PATH=path)
+
+
+def test_a_user_reads_the_size_before_packages_are_installed(tmp_path):
+    assert "\n   306 MB to download\n" in installed(tmp_path, 'ROOT=1 exec "$@"').stdout
+
+
+def test_a_user_whom_sudo_refuses_is_told_so(tmp_path):
+    result = installed(tmp_path, "echo you are not in the sudoers file >&2; exit 1")
+    assert result.returncode == 2 and "as a user whom sudo lets" in result.stderr
+    assert "306 MB" not in result.stdout
+
+
 def test_what_ships_is_compiled_once_beside_the_demo(tmp_path):
     programs, motion = tmp_path / ".venv" / "bin", tmp_path / "src/mrs_simulator/world/motion"
     for folder in (programs, motion, tmp_path / "build"):

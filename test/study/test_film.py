@@ -13,6 +13,7 @@ from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.draw.animation import Animation, Stage
 from mrs_simulator.study.draw.film import Film, SpaceStage, write_picture
+from mrs_simulator.study.draw.growing_curves import GrowingCurves
 from mrs_simulator.study.draw.style import LookError
 from mrs_simulator.study.results.report import begin_run, control_of, read_run
 from mrs_simulator.study.run.command import main as experiment
@@ -123,3 +124,24 @@ def test_the_targets_of_a_march_go_on():
     film = Film(make_run(scenario.n), make_control(scenario))
     begin, end = (film.scene(row).targets for row in (0, -1))
     assert np.abs(end - begin).max() > 0.1
+
+
+@pytest.mark.parametrize("n, z", [(3, None), (3, 0.5), (20, None)])
+def test_curves_beside_the_team_grow_with_the_run(n, z):
+    run = make_run(n, z=z)
+    stage = GrowingCurves(run, 4.0, Stage)
+    above = Stage(run, 2.0)
+    pictures = [stage.picture(row) for row in (0, 15, 29)]
+    height, width = pictures[0].shape[:2]
+    assert width == 400 and height % 2 == 0
+    np.testing.assert_array_equal(pictures[1][:, :200], above.picture(15)[:height])
+    # What is drawn of the curves stays, and more comes at its right alone.
+    columns = [
+        np.flatnonzero((one != other).any(axis=(0, 2))) + 200
+        for one, other in zip(np.array(pictures)[:-1, :, 200:], np.array(pictures)[1:, :, 200:])
+    ]
+    assert len(columns[0]) and len(columns[1]) and columns[0].max() < columns[1].min()
+    stage.show(29)
+    stage.figure.canvas.draw()
+    shown = np.array(stage.figure.canvas.buffer_rgba())
+    np.testing.assert_array_equal(shown, pictures[2])

@@ -187,8 +187,15 @@ def test_commands_write_animations_and_narrow_figures(tmp_path, capsys):
     assert {"b.gif", "inputs.svg"} < set(os.listdir(out))
     main(["view", out, "--save", out + "/c.gif", "--speed", "1"])
     assert os.path.getsize(out + "/c.gif") > 1000
-    for wrong in (["--video", "film.avi"], ["--width", "wide"], ["--formats", "bmp"]):
+    wrong_curves = ["--beside-curves"], ["--video", "a.svg", "--beside-curves"]
+    for wrong in (
+        ["--video", "film.avi"],
+        ["--width", "wide"],
+        ["--formats", "bmp"],
+        *wrong_curves,
+    ):
         with pytest.raises(SystemExit) as ended:
             main(["report", out, *wrong])
         assert ended.value.code == 2
-    assert "film.avi" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "film.avi" in said and "--beside-curves: wanted --video" in said

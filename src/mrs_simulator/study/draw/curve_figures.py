@@ -74,6 +74,30 @@ def draw_inputs(figure, run, axes=None):
     return tuple(rows)
 
 
+@styled
+def draw_in_panels(figure, run, most=4):
+    """Draw coordinates and inputs of every robot against time below each other; return the axes.
+
+    The inputs are left out where all would be more than ``most`` panels.
+    """
+    points = points_of(run, None)
+    drawn = [("$x$ [m]", points[:, :, 0], {}), ("$y$ [m]", points[:, :, 1], {})]
+    drawn += [] if run.z is None else [("$z$ [m]", run.z, {})]
+    if len(drawn) + len(run.axes) <= most:
+        inputs = [run.command[:, :, column] for column in range(len(run.axes))]
+        labels = [_input_label(axis, run.axes) for axis in run.axes]
+        drawn += [(*each, {"drawstyle": "steps-post"}) for each in zip(labels, inputs)]
+    panels = emptied(figure, len(drawn))
+    for axes, (label, values, style) in zip(panels, drawn):
+        _draw_curves(axes, run, values, **style)
+        _frame_time(axes, run.time)
+        axes.set_ylabel(label)
+        axes.label_outer()
+    figure.align_ylabels(list(panels))
+    _name_robots(figure, list(panels), run.robots)
+    return tuple(panels)
+
+
 def inputs_height(run):
     """Return the height [in] of the figure of the inputs of ``run``, of the usual width."""
     return max(INPUTS_HEIGHT, INPUT_HEIGHT * len(run.axes))

@@ -1,5 +1,6 @@
 """The options ``--video`` and ``--space`` of commands: the run in motion, and in space."""
 
+import functools
 import os
 
 from mrs_simulator.study.draw.style import LookError
@@ -19,6 +20,11 @@ def add_video(parser):
         "run.gif; or to FILE, .gif, .svg or .mp4",
     )
     parser.add_argument(
+        "--beside-curves",
+        action="store_true",
+        help="the animation shows states and inputs, too, which grow beside the team: 960 pixels wide",
+    )
+    parser.add_argument(
         "--space",
         action="store_true",
         help="write view.png and view.pdf, the team at the end in three dimensions; the animation "
@@ -28,14 +34,18 @@ def add_video(parser):
 
 def check_video(arguments):
     """Raise ``LookError`` for a video that cannot be written."""
+    if arguments.beside_curves and not arguments.video:
+        raise LookError("--beside-curves: wanted --video, too")
     if not arguments.video or arguments.video == DEFAULT:
         return
     from mrs_simulator.study.draw.animation import FROM_ABOVE, SUFFIXES, WANTED, need_ffmpeg
 
     if not arguments.video.endswith(SUFFIXES):
         raise LookError("--video {}: {}".format(arguments.video, WANTED))
-    if arguments.space and arguments.video.endswith(".svg"):
-        raise LookError("--space --video {}: {}".format(arguments.video, FROM_ABOVE))
+    for option in ("space", "beside_curves"):
+        if getattr(arguments, option) and arguments.video.endswith(".svg"):
+            text = "--{} --video {}: {}"
+            raise LookError(text.format(option.replace("_", "-"), arguments.video, FROM_ABOVE))
     if arguments.video.endswith(".mp4"):
         need_ffmpeg("--video " + arguments.video)
 
@@ -62,9 +72,13 @@ def write_video(arguments, run, control):
 def _write_animation(arguments, run, stage):
     if not arguments.video:
         return []
-    from mrs_simulator.study.draw.animation import Animation, has_ffmpeg
+    from mrs_simulator.study.draw.animation import WIDTH, Animation, Stage, has_ffmpeg
 
-    path = arguments.video
+    path, width = arguments.video, WIDTH
     if path == DEFAULT:
         path = os.path.join(arguments.out, DEFAULT + (".mp4" if has_ffmpeg() else ".gif"))
-    return [Animation(run(), stage=stage).save(path)]
+    if arguments.beside_curves:
+        from mrs_simulator.study.draw.growing_curves import GrowingCurves
+
+        stage, width = functools.partial(GrowingCurves, stage=stage or Stage), 2.0 * WIDTH
+    return [Animation(run(), width=width, stage=stage).save(path)]

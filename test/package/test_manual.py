@@ -46,10 +46,10 @@ def test_without_a_page_all_are_listed(capsys):
 @pytest.mark.parametrize(
     "wanted, said",
     [
-        ("verdit.md", "docs: page 'verdit': there is none; wanted one of verdict\n"),
+        ("verdit.md", "docs: page 'verdit': there is none; did you mean 'verdict'?\n"),
         (
             "verdict.md#whi-a-claim",
-            "docs: heading 'whi-a-claim': there is none; wanted one of why-a-",
+            "docs: heading 'whi-a-claim': there is none; did you mean 'why-a-",
         ),
     ],
 )

@@ -25,6 +25,7 @@ from mrs_simulator.ros.node.arguments import parse, scenario_from
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import main as report
 from mrs_simulator.study.run.command import main as experiment
 from mrs_simulator.study.run.command import sweep_main
@@ -333,15 +334,18 @@ def test_output_that_cannot_be_written_ends_a_program_without_a_traceback(words,
         assert (ended.returncode, ended.stderr.decode()) == (code, said)
 
 
+class Gone(io.StringIO):
+    """Standard output whose reader has gone."""
+
+    def write(self, text):
+        raise BrokenPipeError(32, "Broken pipe")
+
+    def fileno(self):
+        raise io.UnsupportedOperation
+
+
 @pytest.mark.parametrize("ending", [sys.exit, int])
 def test_a_failed_write_that_is_not_reported_ends_a_program(monkeypatch, ending):
-    class Gone(io.StringIO):
-        def write(self, text):
-            raise BrokenPipeError(32, "Broken pipe")
-
-        def fileno(self):
-            raise io.UnsupportedOperation
-
     @printing
     def main():
         with contextlib.suppress(OSError):  # as argparse prints its help
@@ -352,6 +356,18 @@ def test_a_failed_write_that_is_not_reported_ends_a_program(monkeypatch, ending)
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 141
+
+
+def test_a_failed_write_is_no_bad_input(monkeypatch, capsys):
+    @printing
+    def main():
+        with refusing_bad_input("experiment"):
+            print("PASSED")
+
+    monkeypatch.setattr(sys, "stdout", Gone())
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 141 and capsys.readouterr().err == ""
 
 
 def test_an_error_that_is_not_the_output_s_leaves_a_program(capsys):

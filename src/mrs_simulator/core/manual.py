@@ -90,7 +90,8 @@ def _anchor(heading):
 
 def _nearest(name, known):
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-    return "there is none; wanted one of " + (", ".join(known) if not near else near[0])
+    hint = "did you mean {!r}?".format(near[0]) if near else "wanted one of " + ", ".join(known)
+    return "there is none; " + hint
 
 
 @printing

@@ -59,6 +59,11 @@ def printing(main):
     return printed
 
 
+def is_of_output(error):
+    """Return whether ``error`` is that of a failed write to standard output, which ``printing`` reports."""
+    return error is getattr(sys.stdout, "failed", None)
+
+
 class Limited(io.TextIOBase):
     """A stream that passes the first characters on to ``stream()``, and then says that there is more.
 

@@ -4,6 +4,7 @@ import contextlib
 import sys
 
 from mrs_simulator.core.doc_links import with_page
+from mrs_simulator.core.writing import is_of_output
 
 BAD_INPUT = 2  # exit code
 
@@ -13,11 +14,13 @@ def refusing_bad_input(program, *more):
     """End the program, with exit code 2 and one line, where what it was given is wrong.
 
     The line ends with the page of the documentation that explains it, where the error names one.
-    ``ValueError`` and ``OSError`` count as that, and the errors in ``more``.
+    ``ValueError``, ``OSError`` and the errors in ``more`` count as that, but not one of standard output.
     """
     try:
         yield
     except (ValueError, OSError, *more) as error:
+        if is_of_output(error):
+            raise
         print("{}: {}".format(program, _said(error)), file=sys.stderr)
         sys.exit(BAD_INPUT)
 

@@ -6,21 +6,18 @@ import sys
 import tempfile
 
 from mrs_simulator.core import compiling
-from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
-from mrs_simulator.protocols.loading import ProtocolError
-from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.draw.style import FORMATS, look
+from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.provenance import commit, processor, read_provenance
 from mrs_simulator.study.results.report import PROVENANCE_FILE
 from mrs_simulator.study.results.stamp import digest
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.verdict.verdict import versions
 
-BAD_INPUT = 2  # exit codes
-SAME, OTHER = 0, 1
+SAME, OTHER = 0, 1  # exit codes
 
 
 @printing
@@ -30,11 +27,8 @@ def main(argv=None):
     parser.add_argument("path", help="a run's directory, or one of its files")
     parser.add_argument("--style", default="", help="of its figures, where they had one")
     arguments = parser.parse_args(argv)
-    try:
+    with refusing_bad_input("reproduce"):
         sys.exit(reproduce(arguments))
-    except (ScenarioError, ProtocolError, ValueError, OSError) as error:
-        print("reproduce: {}".format(with_page(error)), file=sys.stderr)
-        sys.exit(BAD_INPUT)
 
 
 def reproduce(arguments):

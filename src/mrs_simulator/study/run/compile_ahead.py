@@ -5,20 +5,15 @@ What is compiled is kept where ``core.compiling.jit`` says.
 
 import argparse
 import os
-import sys
 from importlib.util import find_spec
 
 from mrs_simulator.core.compiling import VARIABLE, is_chosen, is_wanted
-from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
-from mrs_simulator.protocols.loading import ProtocolError
-from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
+from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment
-
-BAD_INPUT = 2  # exit code
 
 
 def compile_ahead(names):
@@ -44,12 +39,9 @@ def main(argv=None):
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="by default all that ship")
     names = parser.parse_args(argv).scenarios
     shipped = (each for each in os.listdir(shipped_scenarios()) if each.endswith(".yaml"))
-    try:
+    with refusing_bad_input("compile"):
         _check_able()
         done = compile_ahead(names or sorted(shipped))
-    except (ScenarioError, ProtocolError, ValueError, OSError) as error:
-        print("compile: {}".format(with_page(error)), file=sys.stderr)
-        sys.exit(BAD_INPUT)
     print("compiled: " + (", ".join(done) or "none of them can be"))
 
 

@@ -49,6 +49,7 @@ class BuildWithScenarios(build_py):
 setup(
     name="mrs_simulator",
     version=version(),
+    license="BSD-3-Clause",
     packages=find_packages(os.path.join(ROOT, "src")),
     package_dir={"": "src"},
     package_data={"mrs_simulator.vehicles": ["kinds/*"]},

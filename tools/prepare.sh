@@ -96,7 +96,10 @@ install_packages() {
   printf -- '== %d system packages are missing: %s\n' ${#missing[@]} "${missing[*]}"
   as_root true || fail "installing system packages" "run this as root once, or as a user whom sudo lets"
   local advice="see $log; check the network and the package sources, then run this again"
-  as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
+  as_root apt-get update >>"$log" 2>&1 || {
+    grep '^E:' "$log" | tail -n 1 >&2
+    fail "apt-get update" "$advice"
+  }
   # Refused to whoever is not root, even for the sizes.
   as_root env LC_ALL=C apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>>"$log" |
     sed -n 's/^Need to get \(.*\) of archives.*/   \1 to download/p; s/^After this operation, \(.* will be used\)\.*/   \1/p'

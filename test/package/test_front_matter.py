@@ -31,6 +31,7 @@ def test_the_citation_has_what_its_format_wants():
     assert cited["cff-version"] == "1.2.0" and cited["type"] == "software"
     assert cited["message"] and cited["title"] and cited["authors"][0]["name"]
     assert cited["license"] == "BSD-3-Clause"
+    assert '    license="BSD-3-Clause",\n' in text("setup.py")
     preferred = cited["preferred-citation"]
     assert preferred["version"] == cited["version"] and preferred["authors"] == cited["authors"]
     assert "Redistributions in binary form" in text("LICENSE")

@@ -13,6 +13,7 @@ from mrs_simulator.rqt_plugin.window.live_run import LiveRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
 from mrs_simulator.rqt_plugin.window.pending import PendingGraph, PendingTeam
 from mrs_simulator.rqt_plugin.window.program_control import ProgramControl
+from mrs_simulator.rqt_plugin.window.replay import Replay
 from mrs_simulator.rqt_plugin.window.results import Results
 from mrs_simulator.rqt_plugin.window.saved_layout import restore_layout, saved_layout
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
@@ -41,6 +42,8 @@ class StudyWidget(StudyPanels):
         self.pending_team, self.pending_graph = PendingTeam(self.study), PendingGraph()
         pending = self.pending_team, self.pending_graph
         self.live = LiveRun(self, self.study, self.history, *pending)
+        self.replay = Replay(self, self.study, self.history, self.live)
+        self.show_time_line(self.replay.cursor)
         self.editing = ScenarioEditing(self, self.study, self.live, *pending)
         self.files = ScenarioFiles(self, self.study, self.editing, self.live, self.pending_team)
         self.load, self.save_scenario = self.files.load, self.files.save
@@ -130,6 +133,7 @@ class StudyWidget(StudyPanels):
 
     @guarded
     def _on_frame(self):
+        self.replay.show_frame()
         self.live.show_frame()
 
     @guarded

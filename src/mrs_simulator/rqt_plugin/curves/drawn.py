@@ -152,11 +152,13 @@ class DrawnCurves(QWidget):
         if event.type() in (QEvent.PaletteChange, QEvent.FontChange, QEvent.StyleChange):
             self._on_look()
 
+    @guarded
     def showEvent(self, event):
         """Resume redrawing."""
         super().showEvent(event)
         self._timer.start(SOON)
 
+    @guarded
     def hideEvent(self, event):
         """Stop redrawing."""
         super().hideEvent(event)

@@ -4,9 +4,9 @@ import numpy as np
 
 from mrs_simulator.rqt_plugin.curves.drawn import DrawnCurves
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES
-from mrs_simulator.rqt_plugin.qt.QtCore import Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QLabel
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QLabel
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 ZOOM = 0.8  # of one step of the wheel
@@ -15,11 +15,18 @@ ZOOM = 0.8  # of one step of the wheel
 class CurvesPanel(DrawnCurves):
     """Curves that are zoomed by the wheel and panned by a drag; the one under the mouse is named."""
 
+    time_chosen = Signal(float)  # [s], by a click
+
     def __init__(self, parent=None):
         super().__init__(parent)
         self._grip, self._pointer = None, None  # [pixels] where the mouse drags, and points
+        self._pressed, self.moment = (
+            None,
+            None,
+        )  # [pixels] of a click; [s] of the line, None for none
         self._label, self._dot = QLabel(self._canvas), QLabel(self._canvas)
-        for sign in (self._label, self._dot):
+        self._line = QFrame(self._canvas)
+        for sign in (self._label, self._dot, self._line):
             sign.setAttribute(Qt.WA_TransparentForMouseEvents)
             sign.hide()
         connect = self._canvas.mpl_connect
@@ -29,8 +36,35 @@ class CurvesPanel(DrawnCurves):
         connect("button_release_event", self._on_release)
         connect("figure_leave_event", self._on_leave)
 
+    @property
+    def canvas(self):
+        """Return the widget that shows the curves."""
+        return self._canvas
+
     def _on_drawn(self):
         self._point_out()
+        self._place_line()
+
+    def show_moment(self, time):
+        """Show a line at ``time`` [s], None for none."""
+        if time != self.moment:
+            self.moment = time
+            self._place_line()
+
+    def _place_line(self):
+        """Put the line where its moment is, if that is in view; the figure is not drawn anew."""
+        axes, ratio = self._plot.axes, self._canvas.devicePixelRatioF()
+        low, high = axes.get_xlim()
+        drawn = self.moment is not None and self._drawn is not None
+        seen = drawn and bool(low <= self.moment <= high)
+        self._line.setVisible(seen)
+        if seen:
+            x = axes.transData.transform((self.moment, axes.get_ylim()[0]))[0] / ratio
+            box, wide = axes.bbox, max(1, QFontInfo(self.font()).pixelSize() // 8)
+            top = self._canvas.height() - box.y1 / ratio
+            self._line.setGeometry(int(x - wide / 2), int(top), wide, int(box.height / ratio))
+            hue = self.palette().color(QPalette.Highlight).name()
+            self._line.setStyleSheet("background: {};".format(hue))
 
     def _point_out(self):
         """Name the curve nearest to the mouse, in a label beside it."""
@@ -79,6 +113,11 @@ class CurvesPanel(DrawnCurves):
             self._plot.axes.set_ylim(y)
         self._renew()
 
+    def see_all(self):
+        """Show the whole run."""
+        self._xlim, self._ylim = None, None
+        self._renew()
+
     @guarded
     def _on_wheel(self, event):
         box, follow = self._plot.axes.bbox, self._follow.isChecked()
@@ -92,17 +131,16 @@ class CurvesPanel(DrawnCurves):
     @guarded
     def _on_press(self, event):
         if event.dblclick:
-            self._xlim, self._ylim = None, None
-            self._renew()
+            self.see_all()
         elif event.button == 1 and self._plot.axes.bbox.contains(event.x, event.y):
-            self._grip = event.x, event.y
+            self._grip = self._pressed = event.x, event.y
 
     @guarded
     def _on_motion(self, event):
         self._pointer = event.x, event.y
         if self._grip is not None:
             x, y = self._grip[0] - event.x, self._grip[1] - event.y
-            if self._follow.isChecked() and np.hypot(x, y) < 0.4 * self._plot.em():
+            if self._follow.isChecked() and np.hypot(x, y) < self._reach():
                 return  # a click of an unsteady hand
             self._follow.setChecked(False)
             box = self._plot.axes.bbox
@@ -111,8 +149,16 @@ class CurvesPanel(DrawnCurves):
         self._point_out()
 
     @guarded
-    def _on_release(self, _event):
-        self._grip = None
+    def _on_release(self, event):
+        self._grip, pressed, self._pressed = None, self._pressed, None
+        if pressed is None or np.hypot(event.x - pressed[0], event.y - pressed[1]) > self._reach():
+            return
+        time = self._plot.axes.transData.inverted().transform(pressed)[0]
+        self.time_chosen.emit(float(time))
+
+    def _reach(self):
+        """Return how far [pixels] an unsteady hand moves the mouse in a click."""
+        return 0.4 * self._plot.em()
 
     @guarded
     def _on_leave(self, _event):

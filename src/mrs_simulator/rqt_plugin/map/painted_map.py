@@ -94,7 +94,7 @@ class PaintedMap(MapScene):
 
     def _paint_sensors(self, painter, style):
         """Paint what robots sense, below the robots."""
-        if not self.shown["sensors"] or not self.readings:
+        if not self.shown["sensors"] or not self.readings or self.is_past:
             return
         rows = {number: row for row, number in enumerate(self.team.numbers)}
         shapes, chosen = self.team.shapes, self.selected

@@ -52,6 +52,7 @@ class MapScene(QWidget):
         self.untouched = True  # the view is still the one that fit() chose
         self._whole = True  # and that one holds all obstacles
         self.revision = 0  # of what is shown: it grows with each change
+        self.is_past = False  # whether a moment is shown that has passed
         self._begin_team((), np.empty((0, 3)))
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
 
@@ -107,7 +108,7 @@ class MapScene(QWidget):
         elif not np.allclose(poses, self.team.pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
         self.team.show(resting(numbers, poses, altitude))
-        self._at_rest = True
+        self._at_rest, self.is_past = True, False
         self._follow()
         self.update()
 
@@ -125,7 +126,7 @@ class MapScene(QWidget):
         elif self._begin_anew or snapshot.time < self.time:
             self.clear_trails()
         self.time, self._begin_anew, self._at_rest = snapshot.time, False, False
-        self.last_run = None
+        self.last_run, self.is_past = None, False
         self._recent.add(snapshot.time, poses)
         self.team.show(snapshot.replace(robots=numbers, pose=poses))
         if len(self.team.real) < len(numbers):  # real robots alone have another time
@@ -136,6 +137,22 @@ class MapScene(QWidget):
         self.trails.add(poses[:, :2], self.team.state.heights)
         if changed:
             self.fit(whole=True)
+        self._follow()
+        self.update()
+
+    def show_past(self, state, trails):
+        """Show a run's ``StateTable`` of a moment that has passed, with the ``Trails`` up to then.
+
+        The next snapshot is shown, with these trails, as if it followed that moment.
+        """
+        if state.robots != self.team.numbers:
+            self._begin_team(state.robots, state.pose)
+        self.time, self._begin_anew, self._at_rest = state.time, False, False
+        self.last_run, self.is_past, self.trails = None, True, trails
+        self._recent.clear()
+        self.team.show(state)
+        if len(self.team.real) < len(state.robots):
+            self._move_obstacles(scene_time(state.time))
         self._follow()
         self.update()
 

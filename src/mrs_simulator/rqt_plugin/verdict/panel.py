@@ -1,8 +1,10 @@
 """The verdict on a run as a table."""
 
 from mrs_simulator.core.claims import QUESTIONS
+from mrs_simulator.rqt_plugin.qt.QtCore import Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
@@ -39,6 +41,8 @@ REQUIREMENT = "requirement"
 class VerdictPanel(QWidget):
     """Shows what ``verdict.json`` holds."""
 
+    row_chosen = Signal(object)  # a check of the verdict, or a requirement stated as one
+
     def __init__(self, parent=None):
         super().__init__(parent)
         self.verdict = None  # as in verdict.json, None before the first
@@ -60,6 +64,13 @@ class VerdictPanel(QWidget):
         whole.addWidget(scrolled(page))
         self._copy.setEnabled(False)
         self._title.say(BEFORE)
+        self._checks = []  # of the rows
+        for chosen in (self._table.cellClicked, self._table.cellActivated):
+            chosen.connect(self._on_row)
+
+    @guarded
+    def _on_row(self, row, _):
+        self.row_chosen.emit(self._checks[row])
 
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
@@ -74,6 +85,7 @@ class VerdictPanel(QWidget):
         self._title.say(
             "{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]]
         )
+        self._checks = checks
         self._table.set_rows(
             [_cells(check) for check in checks],
             [_tip(check) for check in checks],
@@ -86,6 +98,7 @@ class VerdictPanel(QWidget):
         """Show no verdict: the run that it was on is gone."""
         self.verdict = None
         self._title.say(BEFORE, "aside")
+        self._checks = []
         self._table.set_rows([])
         self._more.say("")
         self._copy.setEnabled(False)
@@ -93,6 +106,11 @@ class VerdictPanel(QWidget):
     def title(self):
         """Return the line above the table."""
         return self._title.message
+
+    def click(self, claim):
+        """Choose the row of ``claim``, as a click does."""
+        names = [check["name"] for check in self._checks]
+        self._on_row(names.index(claim), CLAIM)
 
     def row(self, claim):
         """Return the texts of the row of ``claim``, by column."""
@@ -104,10 +122,14 @@ class VerdictPanel(QWidget):
 
 
 def _as_check(result):
-    """Return what became of a requirement as a check is stated, its robustness as the measured value."""
+    """Return what became of a requirement as a check is stated, its robustness as the measured value.
+
+    ``time`` [s] of the run, and ``member``, say when and by whom it was decided.
+    """
     numbers = dict.fromkeys(("predicted", "difference", "tolerance"))
     robustness = known_bound(result)
     check = {"question": REQUIREMENT, "name": result["name"], "passed": result["met"], **numbers}
+    check.update(time=result.get("time"), member=result.get("member"))
     return {**check, "measured": robustness, "note": line_of(result)}
 
 

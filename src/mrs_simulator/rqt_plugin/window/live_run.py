@@ -25,6 +25,7 @@ class LiveRun:
         self._connection = study.connection
         self._team, self._graph = pending_team, pending_graph
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
+        self.is_held = False  # whether the map shows a moment that has passed
         self._last_control = None
         self._reported_trouble = ""  # by the controller
         self._dismissed = ()  # the controller's warnings that the user has closed
@@ -42,6 +43,21 @@ class LiveRun:
 
     def show_frame(self):
         """Show the newest poses and collisions."""
+        if not self.is_held:
+            self._show_newest()
+        for collision in self._connection.take_collisions():
+            self._history.collisions.append(collision)
+            if not self.is_held:
+                self._panels.map.flash_collision(collision.x, collision.y)
+        for incident in self._connection.take_incidents():
+            self._history.incidents.append(incident)
+            self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
+
+    def go_on(self, state):
+        """Show the newest poses again, after ``state``, the newest that is recorded."""
+        self.is_held, self._last_frame, self._last_control = False, (0.0, state), None
+
+    def _show_newest(self):
         if self._has_ended():
             self._show_start()
         snapshot, now = self._connection.snapshot(), time.monotonic()
@@ -52,12 +68,6 @@ class LiveRun:
             passed = self._passed(snapshot.time)
             self._last_frame = now, snapshot
             self._panels.map.show_snapshot(snapshot, passed)
-        for collision in self._connection.take_collisions():
-            self._history.collisions.append(collision)
-            self._panels.map.flash_collision(collision.x, collision.y)
-        for incident in self._connection.take_incidents():
-            self._history.incidents.append(incident)
-            self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
 
     def _has_ended(self):
         """Return whether the simulation is gone whose robots are shown."""
@@ -196,7 +206,8 @@ class LiveRun:
         self._last_control = control
         self._report_trouble(control)
         self._show_warnings(control)
-        panels.map.show_targets(control.targets if len(control.targets) else None)
+        if not self.is_held:
+            panels.map.show_targets(control.targets if len(control.targets) else None)
         self._follow_graph(control)
 
     def _follow_graph(self, control):

@@ -13,6 +13,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.replay.time_line import TimeLine
 from mrs_simulator.rqt_plugin.run.bar import RunBar
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
@@ -81,6 +82,8 @@ class StudyPanels(QWidget):
 
     def _fit(self):
         self.columns.fit(self.size(), self.fontMetrics().height())
+        if self.time_line is not None:
+            self.time_line.give_room(not self.columns.is_narrow)
 
     def sizeHint(self):
         """Return the size that a dock of rqt, or a window, begins with."""
@@ -101,6 +104,7 @@ class StudyPanels(QWidget):
     def _build_map(self):
         self.map_panel = panel = MapPanel()
         self.map, self.modes, self.shown = panel.map, panel.modes, panel.shown
+        self.time_line = None
         return panel
 
     def _build_results(self):
@@ -136,6 +140,12 @@ class StudyPanels(QWidget):
             self.status[name] = label
             row.addWidget(label)
         return row
+
+    def show_time_line(self, cursor):
+        """Show the line of the ``TimeCursor`` below the map."""
+        self.time_line = TimeLine(cursor)
+        self.map_panel.add_below(self.time_line)
+        self._fit()
 
     def hide_absent(self, absent):
         """Hide the buttons and the tab of what is ``absent``, names as of ``Connection.absent``."""

@@ -1,0 +1,143 @@
+"""The line below the map on which a moment of the run is chosen."""
+
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QStyle,
+    QStyleOptionSlider,
+    QToolButton,
+    QWidget,
+)
+from mrs_simulator.rqt_plugin.replay.time_cursor import SPEEDS
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+STEPS = 10000  # [-] of the slider
+TEN = 10  # [-] samples of a step with Shift
+NO_RUN = "no run yet"
+KEYS = "Left and right: a sample, with Shift ten; Home and End: the first, the newest; blank: play"
+
+
+class TimeSlider(QSlider):
+    """A slider that goes where it is clicked; keys step through samples of the ``cursor``."""
+
+    def __init__(self, cursor):
+        super().__init__(Qt.Horizontal)
+        self._cursor = cursor
+        self.setRange(0, STEPS)
+        self.setToolTip("The moment of the run that is shown.\n" + KEYS)
+        self.setFocusPolicy(Qt.StrongFocus)
+
+    @guarded
+    def mousePressEvent(self, event):
+        """Go where the click is, and on with the mouse."""
+        if event.button() == Qt.LeftButton:
+            option = QStyleOptionSlider()
+            self.initStyleOption(option)
+            handle = self.style().subControlRect(
+                QStyle.CC_Slider, option, QStyle.SC_SliderHandle, self
+            )
+            room = max(1, self.width() - handle.width())
+            at = event.x() - handle.width() // 2
+            self.setValue(QStyle.sliderValueFromPosition(0, STEPS, at, room))
+        super().mousePressEvent(event)
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Step, go to an end, or play."""
+        samples = TEN if event.modifiers() & Qt.ShiftModifier else 1
+        cursor, key = self._cursor, event.key()
+        if key in (Qt.Key_Left, Qt.Key_Right):
+            cursor.step(samples if key == Qt.Key_Right else -samples)
+        elif key == Qt.Key_Home and cursor.span is not None:
+            cursor.go(cursor.span[0])
+        elif key == Qt.Key_End:
+            cursor.follow()
+        elif key == Qt.Key_Space:
+            cursor.play(not cursor.playing)
+        else:
+            super().keyPressEvent(event)
+
+
+class TimeLine(QWidget):
+    """Slider, play button and speed of a ``TimeCursor``, and in words which moment is shown."""
+
+    def __init__(self, cursor, parent=None):
+        super().__init__(parent)
+        self.cursor, self._has_room = cursor, True
+        self.play, self.newest = QToolButton(), QToolButton()
+        self.slider, self.speed, self.label = TimeSlider(cursor), QComboBox(), QLabel(NO_RUN)
+        self.play.clicked.connect(guarded(lambda *_: cursor.play(not cursor.playing)))
+        self.newest.setText("Newest")
+        self.newest.setCheckable(True)
+        self.newest.setToolTip("Follow the newest sample (End)")
+        self.newest.clicked.connect(guarded(lambda *_: cursor.follow()))
+        for speed in SPEEDS:
+            self.speed.addItem("{:g} \u00d7".format(speed), speed)
+        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        self.speed.setToolTip("Recorded time over wall time of a replay")
+        self.speed.activated.connect(self._on_speed)
+        widest = self.fontMetrics().horizontalAdvance("past: 0000.00 of 0000.0 s")
+        self.label.setMinimumWidth(widest)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(2, 0, 2, 0)
+        row.setSpacing(4)
+        for widget in (self.play, self.slider, self.label, self.speed, self.newest):
+            row.addWidget(widget, int(widget is self.slider))
+        self.slider.valueChanged.connect(self._on_slider)
+        cursor.changed.connect(self.show_moment)
+        self.show_moment()
+
+    def minimumSizeHint(self):
+        """Return a size that makes no window wider."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    @guarded
+    def resizeEvent(self, event):
+        """Leave out what there is no room for."""
+        super().resizeEvent(event)
+        text = self.label.minimumWidth()
+        self.speed.setVisible(self.width() > 2.6 * text)
+        self.label.setVisible(self.width() > 1.8 * text)
+
+    def give_room(self, has_room):
+        """Show the line before there is a run only where it ``has_room``."""
+        self._has_room = has_room
+        self.show_moment()
+
+    @guarded
+    def _on_speed(self, *_):
+        self.cursor.speed = self.speed.currentData()
+
+    @guarded
+    def _on_slider(self, value):
+        span = self.cursor.span
+        if span is not None:
+            self.cursor.playing = False
+            self.cursor.go(span[0] + value / STEPS * (span[1] - span[0]))
+
+    @guarded
+    def show_moment(self, *_):
+        """Show which moment of the run is shown."""
+        cursor, span = self.cursor, self.cursor.span
+        self.setVisible(self._has_room or span is not None)
+        for widget in (self.play, self.slider, self.speed, self.newest):
+            widget.setEnabled(span is not None)
+        self.newest.setChecked(not cursor.is_past)
+        self.play.setText("\u275a\u275a" if cursor.playing else "\u25b6")
+        self.play.setToolTip("Pause the replay" if cursor.playing else "Replay the run")
+        if span is None:
+            self.label.setText(NO_RUN)
+            return
+        now = cursor.time if cursor.is_past else span[1]
+        self.slider.blockSignals(True)
+        self.slider.setValue(int(round(STEPS * (now - span[0]) / (span[1] - span[0]))))
+        self.slider.blockSignals(False)
+        font = self.label.font()
+        font.setBold(cursor.is_past)
+        self.label.setFont(font)
+        passed = now - span[0], span[1] - span[0]
+        text = "past: {:.2f} of {:.1f} s" if cursor.is_past else "newest: {1:.1f} s"
+        self.label.setText(text.format(*passed))

@@ -1,0 +1,98 @@
+"""Shows the moment of the time cursor, where it is not the newest, on map and curves."""
+
+import re
+import time
+
+import numpy as np
+
+from mrs_simulator.rqt_plugin.map.trails import Trails
+from mrs_simulator.rqt_plugin.replay.time_cursor import TimeCursor
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+MOST_PASSED = 400  # [-] samples through which trails lead
+
+
+class Replay:
+    """Keeps map and curves at the moment of its ``cursor``; the simulation goes on meanwhile."""
+
+    def __init__(self, panels, study, history, live):
+        self.cursor = TimeCursor(history, panels)
+        self._panels, self._study = panels, study
+        self._history, self._live = history, live
+        self._shown, self._before = None, time.monotonic()
+        panels.curves.time_chosen.connect(self._on_time)
+        panels.verdict.row_chosen.connect(self._on_check)
+
+    @guarded
+    def _on_time(self, moment):
+        self.cursor.go(moment)
+
+    @guarded
+    def _on_check(self, check):
+        """Go to the moment, and choose the robot, on which a check of the verdict hung."""
+        moment, robot = self._decided(check)
+        if robot in self._history.numbers:
+            self._panels.map.robot_clicked.emit(robot)
+        if moment is not None and self.cursor.span is not None:
+            self.cursor.go(self._history.time[self._history.first_row()] + moment)
+
+    def _decided(self, check):
+        """Return the time [s] since the run began and the robot on which ``check`` hung.
+
+        None and 0 where that is not known: a value at the end has no moment of its own.
+        """
+        collisions = self._history.collisions
+        if check["name"] == "collisions" and collisions:
+            begun = self._history.time[self._history.first_row()]
+            return collisions[0].time - begun, int(re.sub(r"\D", "", collisions[0].first) or 0)
+        named = re.search(r"\brobot(\d+)", check.get("member") or check["note"] or "")
+        moment = check.get("time")
+        if moment is None and check["name"].startswith("settling time"):
+            moment = check["measured"]
+        return moment, int(named.group(1)) if named else 0
+
+    def show_frame(self):
+        """Let a replay go on, and show its moment."""
+        now = time.monotonic()
+        passed, self._before = now - self._before, now
+        self.cursor.pass_time(passed)
+        if self._shown is not None and not self._panels.map.is_past:  # it shows an edit
+            self._shown, self._live.is_held = None, False
+            self.cursor.follow()
+        if self.cursor.is_past:
+            self._show(self.cursor.row)
+        elif self._shown is not None:
+            self._show(len(self._history.time) - 1)
+            self._shown = None
+            self._live.go_on(self._state(-1))
+        self._panels.curves.show_moment(self.cursor.time)
+        if not self.cursor.is_past:
+            self._panels.time_line.show_moment()
+
+    def _show(self, row):
+        key = float(self._history.time[row]), self._history.cleared
+        if key != self._shown:
+            if self._shown is None and not self._targets_stand():
+                self._panels.map.show_targets(None)
+            self._shown, self._live.is_held = key, True
+            self._panels.map.show_past(self._state(row), self._trails(row))
+
+    def _targets_stand(self):
+        """Return whether the targets shown were those of the start: else they are not known of then."""
+        shown, first = self._panels.map.targets, self._study.edited.derived.targets
+        return shown is None or (
+            first is not None and len(first) == len(shown) and np.allclose(first[:, :2], shown)
+        )
+
+    def _state(self, row):
+        state = self._history.state.at(row)
+        return state.replace(fresh=np.ones(len(state.robots), dtype=bool))
+
+    def _trails(self, row):
+        """Return the trails up to the sample ``row``, from where robots first moved."""
+        first = min(self._history.first_row(), row)
+        rows = np.unique(np.linspace(first, row, min(MOST_PASSED, row - first + 1)).astype(int))
+        state, trails = self._history.state.at(rows), Trails(len(self._history.numbers))
+        for places, heights in zip(state.pose[:, :, :2], state.heights):
+            trails.add(places, heights)
+        return trails

@@ -113,7 +113,7 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     until(lambda: len(gui.history.time))
     save(sys.argv[2])
     assert gui.history._stride > 1
-    assert not gui.bar.button("preflight").isVisible() and gui.bar.singly.isVisible()
+    assert not gui.bar.button("preflight").isVisible() and gui.bar.more.isVisible()
     details = gui.program_control._panels.programs.details
     assert not details.isTabEnabled(1) and "without ROS" in details.tabToolTip(1)
     assert "ros" not in gui.program_control._panels.programs.command.placeholderText()

@@ -25,7 +25,7 @@ from PyQt5.QtWidgets import (
 from ros_fixtures import wait_until
 from snapshots import snapshot_of
 
-from mrs_simulator.rqt_plugin.run.bar import ACTIONS, SINGLE, RunBar
+from mrs_simulator.rqt_plugin.run.bar import ACTIONS, FOLDED, RunBar
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
@@ -85,9 +85,14 @@ def test_no_button_is_cut_off_and_the_emergency_stop_has_the_corner(app, width):
     shown(app, bar, width, 36)  # styles have their sizes once they are shown
     bar.show_singly(width > 683)
     shown(app, bar, width, bar.heightForWidth(width))
-    names = [name for name, *_ in ACTIONS if width > 683 or name not in SINGLE]
-    buttons = [bar.button(name) for name in ("emergency", "speed", *names)]
-    buttons += [] if width > 683 else [bar.singly]
+    names = {name for name, *_ in ACTIONS}
+    seen = {name for name in names if bar.button(name).isVisible()}
+    in_menu = [entry for entry in bar.more.menu().actions() if entry.isVisible()]
+    assert len(seen) + len(in_menu) == len(names)
+    assert seen >= names.difference(FOLDED) and (width < 3840 or seen == names)
+    buttons = [bar.button(name) for name in ("emergency", "speed", *seen)]
+    buttons += [bar.more] if in_menu else []
+    assert bar.more.isVisible() == bool(in_menu)
     places = [place(button, bar) for button in buttons]
     assert bar.width() == width
     for button, rect in zip(buttons, places):
@@ -96,6 +101,27 @@ def test_no_button_is_cut_off_and_the_emergency_stop_has_the_corner(app, width):
     for i, rect in enumerate(places):
         assert not any(rect.intersects(other) for other in places[:i])
     assert places[0].right() >= width - 4 and places[0].top() <= 8
+    bar.close()
+
+
+def test_what_would_take_another_line_is_in_the_menu_and_its_key_works(app):
+    owner = QWidget()
+    bar = RunBar(owner)
+    asked = []
+    bar.asked.connect(asked.append)
+    shown(app, bar, 2000, 36)
+    line = bar.heightForWidth(2000)
+    assert bar.button("step").isVisible() and bar.button("end").isVisible()
+    shown(app, bar, 720, 36)
+    assert bar.heightForWidth(720) == line and bar.button("save").isVisible()
+    entries = {entry.text().split("\t")[0]: entry for entry in bar.more.menu().actions()}
+    assert not bar.button("step").isVisible() and entries["Step"].isVisible()
+    entries["Step"].trigger()
+    bar.button("step").click()  # what its key does
+    assert asked == ["step", "step"]
+    bar.set_enabled("step", False, "it runs")
+    bar.set_recording(True)
+    assert not entries["Step"].isEnabled() and entries["Record bag"].text() == "End bag\tCtrl+B"
     bar.close()
 
 

@@ -53,7 +53,9 @@ ACTIONS = (
     ("bag", "Record bag", "Ctrl+B", "Start or end a rosbag of the run in ~/mrs_runs"),
     ("save", "Save...", "Ctrl+S", "Save data, figures, verdict and scenario"),
 )
-SINGLE = ("simulate", "control", "stop")  # in a menu, unless robots are real
+SINGLE = ("simulate", "control", "stop", "preflight")  # in a menu, unless robots are real
+# In the menu too where they would take another line, the first of them first.
+FOLDED = ("preflight", "bag", "step", "end", "stop", "simulate", "control")
 FASTER, SLOWER = ("Ctrl++", "Ctrl+="), ("Ctrl+-",)
 SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} slower)".format(
     FASTER[0], SLOWER[0]
@@ -67,7 +69,8 @@ RED = "QPushButton { background: #c00000; color: white; font-weight: bold; paddi
 class RunBar(QWidget):
     """Buttons with shortcuts that work inside the plugin alone; the emergency stop's works everywhere.
 
-    Where the width ends they go on in another line; the emergency stop keeps its corner.
+    What is used less goes to the menu *More* where it would take another line; what has no room then is in
+    another line.  The emergency stop keeps its corner.
     """
 
     asked = Signal(str)  # the name of an action
@@ -78,9 +81,14 @@ class RunBar(QWidget):
     def __init__(self, owner, parent=None):
         """``owner``: the widget within which the shortcuts work."""
         super().__init__(parent)
-        row = FlowLayout(self)
+        self._row = row = FlowLayout(self)
         row.setContentsMargins(2, 2, 2, 2)
         self._buttons, self._tips, self._entries = {}, {"speed": SPEED_TIP}, {}
+        self._keys = {}
+        self._singly, self._absent = (
+            False,
+            set(),
+        )  # whether SINGLE have buttons; what does not exist
         for name, text, key, meaning in ACTIONS:
             if name in BREAKS:
                 row.add_gap(_line())
@@ -89,8 +97,8 @@ class RunBar(QWidget):
                 row.addWidget(self._build_speed(owner))
                 row.addWidget(self._build_menu())
         self._emphasize(self._buttons["run"])
-        self.show_singly(False)
         row.add_corner(self._build_emergency())
+        self._fold()
         self._stop_key = None
         _shortcut(UNDO_KEY, owner, self.undo_asked.emit)
         _shortcut(REDO_KEY, owner, self.redo_asked.emit)
@@ -135,7 +143,7 @@ class RunBar(QWidget):
     def _button(self, owner, name, text, key, meaning):
         button = QToolButton()
         button.setText(text)
-        self._tips[name] = "{} ({})".format(meaning, key)
+        self._tips[name], self._keys[name] = "{} ({})".format(meaning, key), key
         button.setToolTip(self._tips[name])
         button.clicked.connect(guarded(lambda *_: self.asked.emit(name)))
         _shortcut(key, owner, button.click)
@@ -150,24 +158,46 @@ class RunBar(QWidget):
         button.setText("\u25b6 " + button.text())
 
     def _build_menu(self):
-        self.singly, menu = QToolButton(), QMenu(self)
-        self.singly.setText("Singly")
-        self.singly.setToolTip("Start and stop simulation and controller, each by itself")
-        self.singly.setPopupMode(QToolButton.InstantPopup)
+        self.more, menu = QToolButton(), QMenu(self)
+        self.more.setText("More")
+        self.more.setToolTip("Start and stop simulation and controller, each by itself, and others")
+        self.more.setPopupMode(QToolButton.InstantPopup)
         menu.setToolTipsVisible(True)
         for name, text, key, _ in ACTIONS:
-            if name in SINGLE:
+            if name in FOLDED:
                 self._entries[name] = entry = menu.addAction("{}\t{}".format(text, key))
                 entry.triggered.connect(guarded(lambda *_, name=name: self.asked.emit(name)))
-        self.singly.setMenu(menu)
-        return self.singly
+        self.more.setMenu(menu)
+        return self.more
 
     def show_singly(self, shown):
-        """Show, in place of their menu, the buttons that start and stop one program each."""
-        if self.singly.isHidden() != shown or self._buttons["control"].isHidden() == shown:
-            self.singly.setHidden(shown)
-            for name in SINGLE:
-                self._buttons[name].setHidden(not shown)
+        """Show, beside their menu, the buttons that start and stop one program each."""
+        if self._singly != shown:
+            self._singly = shown
+            self._fold()
+
+    @guarded
+    def resizeEvent(self, event):
+        """Put into the menu what would take another line."""
+        super().resizeEvent(event)
+        self._fold()
+
+    def _fold(self):
+        """Show as many buttons as the fewest possible lines hold; the others are in the menu."""
+        always = self._absent if self._singly else self._absent.union(SINGLE)
+        may_be = [name for name in FOLDED if name not in always]
+        lines = [self._lines(always.union(may_be[:count])) for count in range(len(may_be) + 1)]
+        hidden = always.union(may_be[: lines.index(min(lines))])
+        for name, button in self._buttons.items():
+            button.setHidden(name in hidden)
+        for name, entry in self._entries.items():
+            entry.setVisible(name in hidden and name not in self._absent)
+        self.more.setHidden(not any(entry.isVisible() for entry in self._entries.values()))
+
+    def _lines(self, hidden):
+        widgets = [self._buttons[name] for name in hidden]
+        menu = [] if hidden.difference(self._absent) else [self.more]
+        return self._row.count_lines(self.width(), [*widgets, *menu])
 
     def _build_speed(self, owner):
         self._speed = QComboBox()
@@ -228,9 +258,8 @@ class RunBar(QWidget):
 
     def hide_absent(self, absent):
         """Hide the buttons of actions that are ``absent``."""
-        for name in absent:
-            if name in self._buttons:
-                self._buttons[name].hide()
+        self._absent.update(name for name in absent if name in self._buttons)
+        self._fold()
 
     def set_paused(self, paused):
         """Show what the pause button would do now."""
@@ -238,7 +267,9 @@ class RunBar(QWidget):
 
     def set_recording(self, recording):
         """Show what the bag button would do now."""
-        self._buttons["bag"].setText("End bag" if recording else "Record bag")
+        text = "End bag" if recording else "Record bag"
+        self._buttons["bag"].setText(text)
+        self._entries["bag"].setText("{}\t{}".format(text, self._keys["bag"]))
 
     def is_emergency(self):
         """Return whether the emergency stop's button is pressed."""

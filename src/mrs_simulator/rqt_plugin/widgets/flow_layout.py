@@ -81,6 +81,12 @@ class FlowLayout(QLayout):
             width + margins.left() + margins.right(), height + margins.top() + margins.bottom()
         )
 
+    def count_lines(self, width, hidden):
+        """Return how many lines ``width`` [px] takes if all widgets but those ``hidden`` are shown."""
+        inner = self.contentsRect().width() - self.geometry().width() + width
+        shown = [item for item in self._items if item.widget() not in hidden]
+        return len(self._lines(inner, shown))
+
     def _shown(self):
         return [item for item in self._items if not item.isEmpty()]
 
@@ -92,7 +98,7 @@ class FlowLayout(QLayout):
         between = self.spacing() if self.line_spacing is None else self.line_spacing
         for gap in self._gaps if place else ():
             gap.setGeometry(QRect())  # unless a line has it
-        for line in self._lines(room.width()):
+        for line in self._lines(room.width(), self._shown()):
             high = max([size.height() for _, size in line] + [0])
             if place:
                 self._place(line, room, y, high)
@@ -109,20 +115,23 @@ class FlowLayout(QLayout):
                 x += size.width() + self.spacing()
             item.setGeometry(QRect(at, size))
 
-    def _lines(self, width):
+    def _lines(self, width, shown):
         """Return lists of (item, size), none wider than ``width`` unless a lone item has to be."""
-        items = [item for item in self._shown() if item is not self._corner]
-        lines, left = [[]], width
+        items = [item for item in shown if item is not self._corner]
+        lines, left, gap = [[]], width, None
         for item in ([self._corner] if self._corner else []) + items:
             size = _size_within(item, width)
-            if lines[-1] and size.width() > left:
-                if lines[-1][-1][0] in self._gaps:
-                    lines[-1].pop()
+            if item in self._gaps:
+                gap = item, size
+                continue
+            before = [gap] if gap and lines[-1] and lines[-1][-1][0] is not self._corner else []
+            gap = None
+            wide = sum(each.width() + self.spacing() for _, each in before) + size.width()
+            if lines[-1] and wide > left:
                 lines.append([])
-                left = width
-            if lines[-1] or item not in self._gaps:
-                lines[-1].append((item, size))
-                left -= size.width() + self.spacing()
+                left, before, wide = width, [], size.width()
+            lines[-1] += [*before, (item, size)]
+            left -= wide + self.spacing()
         return lines
 
 

@@ -189,7 +189,7 @@ def saving(study, no_hidden_errors, monkeypatch):
     study.saved = []
     monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
     monkeypatch.setattr(
-        study.study.files, "save", lambda _, directory: study.saved.append(directory)
+        study.study.files, "save", lambda _, directory, more: study.saved.append(directory)
     )
     active(study, 1022, 700)
     study.bar.button("save").setEnabled(True)

@@ -2,12 +2,14 @@
 
 from mrs_simulator.rqt_plugin.qt.QtCore import QTimer
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
+from mrs_simulator.rqt_plugin.run.bar import EXPORT
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import ErrorLog
 from mrs_simulator.rqt_plugin.window.edge_lens import EdgeLens
+from mrs_simulator.rqt_plugin.window.export import Export
 from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
 from mrs_simulator.rqt_plugin.window.live_run import LiveRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
@@ -52,6 +54,7 @@ class StudyWidget(StudyPanels):
         self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
+        self.export = Export(self, self.results, self.files)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
@@ -95,6 +98,9 @@ class StudyWidget(StudyPanels):
     def _on_asked(self, name):
         if name == "save":
             self.results.ask_where()
+            return
+        if name.startswith(EXPORT):
+            self.export.do(name[len(EXPORT) :])
             return
         before = self.scenario
         self.close_error()  # that of what was done before

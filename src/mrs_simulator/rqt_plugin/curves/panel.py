@@ -1,6 +1,10 @@
 """The curves panel: curves under the mouse, which zooms, pans and names them."""
 
+import math
+import os
+
 import numpy as np
+from matplotlib.backend_bases import get_registered_canvas_class
 
 from mrs_simulator.rqt_plugin.curves.drawn import DrawnCurves
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES
@@ -10,6 +14,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QLabel
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 ZOOM = 0.8  # of one step of the wheel
+FINE = 3.0  # [-] pixels of a picture for one of the screen
 
 
 class CurvesPanel(DrawnCurves):
@@ -40,6 +45,29 @@ class CurvesPanel(DrawnCurves):
     def canvas(self):
         """Return the widget that shows the curves."""
         return self._canvas
+
+    def as_csv(self):
+        """Return the curves shown as CSV: a column of times [s], and one for each curve."""
+        found, quantity = self._data()[0], QUANTITIES[self._index()]
+        time = np.unique(np.concatenate([curve.time for curve in found] or [[]]))
+        head = ["{} {} [{}]".format(curve.name, quantity.tab, quantity.unit) for curve in found]
+        table = np.full((len(time), len(found)), np.nan)
+        for column, curve in enumerate(found):
+            table[np.searchsorted(time, curve.time), column] = curve.values
+        rows = [",".join("" if math.isnan(v) else "{:.9g}".format(v) for v in row) for row in table]
+        lines = [",".join(["time [s]", *head])]
+        lines += ["{:.9g},{}".format(*pair) for pair in zip(time, rows)]
+        return "\n".join(lines) + "\n"
+
+    def save_picture(self, path):
+        """Write the curves as they are shown to ``path``, ``.png``, ``.pdf`` or ``.svg``."""
+        figure, shown, kind = self._plot.figure, self._canvas, os.path.splitext(path)[1][1:]
+        self._prepare()
+        try:
+            canvas = get_registered_canvas_class(kind)(figure)
+            canvas.print_figure(path, dpi=FINE * figure.dpi, facecolor=figure.get_facecolor())
+        finally:
+            figure.set_canvas(shown)
 
     def _on_drawn(self):
         self._point_out()

@@ -56,6 +56,16 @@ ACTIONS = (
 SINGLE = ("simulate", "control", "stop", "preflight")  # in a menu, unless robots are real
 # In the menu too where they would take another line, the first of them first.
 FOLDED = ("preflight", "bag", "step", "end", "stop", "simulate", "control")
+# Beside "Save...": name, text, what it does
+EXPORTS = (
+    ("video", "Save with a video...", "As Save, with an animation beside its curves"),
+    ("film", "Save with a video in 3D...", "As Save, with an animation in space beside its curves"),
+    ("map", "Picture of the map...", "PNG, or PDF of vectors"),
+    ("view", "Picture of the 3D view...", "PNG, or PDF of vectors"),
+    ("curves", "Picture of the curves...", "PNG, PDF or SVG"),
+    ("table", "Copy the curves", "The curves shown as CSV, for a spreadsheet"),
+)
+EXPORT = "export "  # before the name of one of them, in what is asked
 FASTER, SLOWER = ("Ctrl++", "Ctrl+="), ("Ctrl+-",)
 SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} slower)".format(
     FASTER[0], SLOWER[0]
@@ -97,6 +107,7 @@ class RunBar(QWidget):
                 row.addWidget(self._build_speed(owner))
                 row.addWidget(self._build_menu())
         self._emphasize(self._buttons["run"])
+        self._add_exports(self._buttons["save"])
         row.add_corner(self._build_emergency())
         self._fold()
         self._stop_key = None
@@ -169,6 +180,17 @@ class RunBar(QWidget):
                 entry.triggered.connect(guarded(lambda *_, name=name: self.asked.emit(name)))
         self.more.setMenu(menu)
         return self.more
+
+    def _add_exports(self, button):
+        """Offer the other ways to take results away in a menu of the ``button``."""
+        self.exports = menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        for name, text, meaning in EXPORTS:
+            entry = menu.addAction(text)
+            entry.setToolTip(meaning)
+            entry.triggered.connect(guarded(lambda *_, n=name: self.asked.emit(EXPORT + n)))
+        button.setMenu(menu)
+        button.setPopupMode(QToolButton.MenuButtonPopup)
 
     def show_singly(self, shown):
         """Show, beside their menu, the buttons that start and stop one program each."""

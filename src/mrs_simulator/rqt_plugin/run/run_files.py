@@ -45,8 +45,11 @@ class RunFiles:
         scenario = self._edited.scenario if history is None else self.ran(history)[0]
         return _named(scenario)
 
-    def save(self, history, directory):
-        """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background."""
+    def save(self, history, directory, more=()):
+        """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background.
+
+        ``more``: options of ``report`` for what it is to write besides.
+        """
         write, recorded = self._writing(history, directory), history.recorded
         self._cancelled.clear()
 
@@ -56,10 +59,10 @@ class RunFiles:
         def work():
             report(0.0)
             path = write(report)
-            self.saving = "making figures and the verdict"
+            self.saving = "making figures and the verdict" + (", and the video" if more else "")
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
-            arguments = [path, "--out", directory, "--formats", "png,pdf,svg"]
+            arguments = [path, "--out", directory, "--formats", "png,pdf,svg", *more]
             code, output = self._processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)

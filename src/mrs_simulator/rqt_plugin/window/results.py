@@ -1,5 +1,6 @@
 """Saves a run with a progress banner, and shows the verdict."""
 
+import functools
 import os
 import time
 
@@ -24,27 +25,31 @@ class Results:
         """Return whether there is a run, and no saving is under way."""
         return bool(len(self._history.time)) and self._since is None
 
-    def ask_where(self):
-        """Ask for the directory to save to."""
+    def ask_where(self, more=()):
+        """Ask for the directory to save to; ``more``: options of ``report`` for what else is saved."""
         if not self._nothing_to_save():
             start = os.path.join(
                 self._study.files.results_directory(),
                 self._study.files.suggested_name(self._history),
             )
-            self._files.ask(TITLE, start, "", self.save, saves=True)
+            save = functools.partial(self.save, more=more) if more else self.save
+            self._files.ask(TITLE, start, "", save, saves=True)
 
     def judge(self):
         """Save the run among those that the user did not save, and show the verdict."""
         if not self._nothing_to_save():
             self.save(self._study.files.unsaved_directory(self._history))
 
-    def save(self, directory):
-        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``."""
+    def save(self, directory, more=()):
+        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``.
+
+        ``more``: options of ``report``.
+        """
         if not self._nothing_to_save():
             self._panels.say("saving to {}".format(directory))
             self._history.saved = self._history.moved
             self._since = time.monotonic()
-            self._study.files.save(self._history, directory)
+            self._study.files.save(self._history, directory, more)
             self.show_progress()
 
     def _nothing_to_save(self):

@@ -1,0 +1,105 @@
+"""What a user takes away: pictures of the views, curves as a table, results with a video."""
+
+import csv
+import os
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from gui_fixtures import quiet_study, shown
+from PIL import Image
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication, QFileDialog
+from snapshots import snapshot_of
+
+from mrs_simulator.rqt_plugin.run.bar import EXPORTS
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+
+
+def sample(row):
+    pose = np.array([[0.1 * row, 1.0, 0.0], [2.0, 0.2 * row, 0.0]])
+    columns = np.zeros((2, 3)), np.ones((2, 2)), np.ones(2, dtype=bool)
+    return snapshot_of(0.1 * row, (1, 2), pose, *columns)
+
+
+@pytest.fixture
+def study():
+    application = QApplication.instance() or QApplication([])
+    widget = quiet_study(load_scenario(scenario_path("paper_four")))
+    widget.history.before_clearing = lambda: None  # nothing is kept
+    for row in range(30):
+        widget.history.append(sample(row))
+    shown(widget, 900, 600)
+    widget.map.show_snapshot(sample(29))
+    yield widget
+    widget.history.saved = np.inf
+    widget.close_study()
+    widget.close()
+    application.processEvents()
+
+
+def choose(widget, what):
+    """Choose an entry of the menu beside "Save..."."""
+    places = [name for name, _, _ in EXPORTS]
+    widget.bar.exports.actions()[places.index(what)].trigger()
+
+
+def answer(widget, path):
+    dialog = next(each for each in widget.findChildren(QFileDialog) if each.isVisible())
+    dialog.fileSelected.emit(str(path))
+    dialog.close()
+
+
+@pytest.mark.parametrize(
+    "what, kinds", [("map", "png pdf"), ("view", "png pdf"), ("curves", "png pdf svg")]
+)
+def test_pictures_of_the_views(study, tmp_path, what, kinds):
+    if what == "view":
+        study.results_tabs.setCurrentWidget(study.view)
+    QTest.qWait(100)
+    widget = {"map": study.map, "view": study.view.canvas, "curves": study.curves.canvas}[what]
+    for kind in kinds.split():
+        path = tmp_path / ("picture." + kind)
+        choose(study, what)
+        answer(study, path)
+        data = path.read_bytes()
+        assert data.startswith({"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[kind])
+    image = Image.open(str(tmp_path / "picture.png"))
+    assert image.size[0] == pytest.approx(3 * widget.width(), abs=3)
+    assert len(np.unique(np.asarray(image.convert("L")))) > 10  # something is drawn
+    assert study.curves.canvas.isVisible() == (what != "view")
+
+
+def test_a_picture_of_another_kind_or_where_none_can_be_is_refused(study, tmp_path):
+    for name, said in (
+        ("a.bmp", "wanted a file that ends in png, pdf"),
+        ("no/a.pdf", "No such file"),
+    ):
+        choose(study, "map")
+        answer(study, tmp_path / name)
+        assert said in study.messages.toPlainText()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_curves_shown_are_copied_as_a_table(study):
+    study.results_tabs.setCurrentWidget(study.curves)
+    choose(study, "table")
+    rows = list(csv.reader(QApplication.clipboard().text().splitlines()))
+    assert rows[0] == ["time [s]", "Robot 1 x [m]", "Robot 2 x [m]"] and len(rows) == 31
+    np.testing.assert_allclose(
+        np.array(rows[1:], dtype=float)[:, 1], 0.1 * np.arange(30), atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("what, more", [("video", []), ("film", ["--space"])])
+def test_results_are_saved_with_a_video(study, tmp_path, what, more, monkeypatch):
+    asked = []
+    monkeypatch.setattr(study.study.files, "save", lambda *given: asked.append(given[1:]))
+    choose(study, what)
+    answer(study, tmp_path / "run")
+    assert asked == [(str(tmp_path / "run"), ("--video", "--beside-curves", *more))]

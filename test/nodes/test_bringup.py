@@ -71,7 +71,10 @@ def busy_cores():
             burner.wait()
 
 
-@pytest.mark.parametrize("name, duration", [("paper", 6.0), ("paper_dynamic", 3.0)])
+KINEMATIC = pytest.param("paper", 6.0, marks=pytest.mark.release)
+
+
+@pytest.mark.parametrize("name, duration", [KINEMATIC, ("paper_dynamic", 3.0)])
 def test_the_papers_experiment_over_ros(ros, tmp_path, name, duration):
     """As far as it goes here, robots are where they are without ROS; they form in tests of that."""
     asked = "duration:={:g}".format(duration)
@@ -108,6 +111,7 @@ def test_paced_by_the_clock_it_forms_too(ros, tmp_path):
     assert verdict["y_spread"] < 0.05 and verdict["ended"] == "complete"
 
 
+@pytest.mark.release
 def test_a_controller_that_is_outrun_gives_a_run_that_is_not_judged(ros, tmp_path):
     hasty = "robots:=3", "speed:=0", "lockstep:=false", "duration:=16"
     verdict = launch(ros, tmp_path, *hasty, "record:=true")

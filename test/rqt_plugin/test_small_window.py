@@ -1,4 +1,4 @@
-"""How the window shares its room."""
+"""How the window shares its room, and what of that survives a restart."""
 
 import os
 
@@ -31,8 +31,74 @@ def test_in_a_small_window_the_map_has_half_the_height_and_layers_are_in_a_menu(
     study.resize(599, 540)
     APP.processEvents()
     assert study.right.sizes()[0] == sizes[0]
+    study.view.beside.setChecked(False)
     study.resize(1900, 800)
     APP.processEvents()
     assert study.map.height() >= 350 and panel.shown["trails"].isVisible()
     assert not panel.layers.isVisible()
     study.close_study()
+
+
+def opened(width, settings=None):
+    """Return the GUI in a window of ``width``, with ``settings`` restored."""
+    study = quiet_study(shipped("consensus"))
+    shown(study, width, 740)
+    if settings is not None:
+        study.restore_settings(settings)
+    APP.processEvents()
+    return study
+
+
+def beside(study):
+    """Return whether the 3D view is seen beside the map, and not among the tabs."""
+    low, high = study.map.height(), study.map_panel.width()
+    place = study.view.mapTo(study, study.view.rect().topLeft())
+    is_beside = place.x() >= study.map_panel.mapTo(study, study.map.pos()).x() + high and low > 0
+    assert is_beside == (study.results_tabs.indexOf(study.view) < 0)
+    return is_beside
+
+
+def test_in_a_wide_window_the_3d_view_is_beside_the_map():
+    study = opened(1600)
+    assert beside(study) and study.view.isVisible() and study.view.width() > 300
+    study.banners.notify("error", "error", "over the map alone")
+    APP.processEvents()
+    assert study.banners.width() == study.map.width()
+    study.resize(1100, 740)
+    APP.processEvents()
+    assert study.results_tabs.tabText(study.results_tabs.indexOf(study.view)) == "3D view"
+    study.resize(1600, 740)
+    APP.processEvents()
+    assert beside(study)
+    study.view.beside.setChecked(False)
+    assert not study.view.isVisible() and study.results_tabs.indexOf(study.view) == 1
+    study.close_study()
+
+
+def test_sizes_tabs_and_the_place_of_the_3d_view_survive_a_restart():
+    first = opened(1600)
+    first.views.setSizes([700, 400])
+    first.results_tabs.tabBar().moveTab(first.results_tabs.indexOf(first.messages), 0)
+    first.results_tabs.setCurrentWidget(first.verdict)
+    first.settings_tabs.setCurrentIndex(2)
+    sizes, order = first.views.sizes(), first.tab_order()
+    kept = first.save_settings()
+    first.close_study()
+    second = opened(1600, kept)
+    assert second.views.sizes() == sizes and second.tab_order() == order
+    assert order[0] == "Messages"
+    assert second.results_tabs.currentWidget() is second.verdict
+    assert second.settings_tabs.currentIndex() == 2
+    second.view.beside.setChecked(False)
+    kept = second.save_settings()
+    second.close_study()
+    third = opened(600, kept)
+    third.resize(1600, 740)
+    APP.processEvents()
+    assert third.results_tabs.indexOf(third.view) >= 0
+    third.view.beside.setChecked(True)
+    APP.processEvents()
+    assert beside(third) and abs(third.views.sizes()[0] - sizes[0]) < 20
+    third.restore_settings({"tabs": "nothing Curves", "front": "none", "views": "-1 x"})
+    assert third.tab_order()[0] == "Curves"
+    third.close_study()

@@ -9,10 +9,11 @@ from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import defer_interrupts
+from mrs_simulator.rqt_plugin.window.saved_layout import LAYOUT
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import shipped_scenarios
 
-KEYS = ("scenario", "across", "down", "shown", "programs")
+KEYS = ("scenario", "programs", *LAYOUT)
 
 
 class MrsSimulator(Plugin):

@@ -4,6 +4,7 @@ import time
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, QTimer
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QHBoxLayout,
     QLabel,
@@ -15,7 +16,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
 from mrs_simulator.rqt_plugin.view.canvas import Canvas
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-PERIOD = 33  # [ms] between pictures, while the view is to be seen
+PERIOD, BESIDE = 33, 100  # [ms] between pictures: of a view alone, and of one beside the map
 MOST_PAINTING = 0.35  # of the time that painting may take; beyond, it is done less often
 HINT = "Drag to orbit, right button to pan, wheel to zoom"
 
@@ -33,13 +34,18 @@ class ViewPanel(QWidget):
         self.followed.activated.connect(self._on_follow)
         fit = QToolButton()
         fit.setText("Fit")
-        fit.setToolTip("Fit the team into view (F)")
+        fit.setToolTip("Fit the team into view (F). " + HINT)
         fit.clicked.connect(self._on_fit)
-        hint = QLabel(HINT)
+        self.beside = QCheckBox("Beside map")
+        self.beside.setToolTip("Show this view beside the map, else among the tabs below")
+        self.beside.setChecked(True)
+        self._hint = hint = QLabel(HINT)
         hint.setEnabled(False)
         hint.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)  # cut off rather than wide
         row = QHBoxLayout()
         row.addWidget(hint, 1)
+        row.addStretch()
+        row.addWidget(self.beside)
         row.addWidget(self.followed)
         row.addWidget(fit)
         layout = QVBoxLayout(self)
@@ -61,6 +67,11 @@ class ViewPanel(QWidget):
         """Stop polling."""
         super().hideEvent(event)
         self._timer.stop()
+
+    def set_beside(self, beside):
+        """Draw less often where the map shows the same beside it, and leave the room to the picture."""
+        self._hint.setVisible(not beside)
+        self._timer.setInterval(BESIDE if beside else PERIOD)
 
     @guarded
     def refresh(self, *_):

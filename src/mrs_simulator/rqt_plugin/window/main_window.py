@@ -12,12 +12,13 @@ from mrs_simulator.rqt_plugin.qt.QtGui import QGuiApplication
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
+from mrs_simulator.rqt_plugin.window.saved_layout import LAYOUT
 from mrs_simulator.study.programs import BAD_INPUT
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw
 X_SOCKET, X_PORT = "/tmp/.X11-unix/X{}", 6000  # of X servers
 X_LIMIT = 3.0  # [s] of wall time for one to answer
-KEPT = ("across", "down", "shown", "programs")  # of the settings, whatever is opened
+KEPT = ("programs", *LAYOUT)  # of the settings, whatever is opened
 SIZE = (1280, 740)  # [px] of the window at first
 
 

@@ -20,6 +20,10 @@ class OneColumn:
         self._wide = splitter.sizes()  # of map and results beside the settings
         splitter.splitterMoved.connect(self._on_moved)
 
+    def is_setting(self, page):
+        """Return whether ``page`` is one of the settings."""
+        return any(page is each for each, _ in self._pages)
+
     @guarded
     def _on_moved(self, *_):
         self._is_chosen = True

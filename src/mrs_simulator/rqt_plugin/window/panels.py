@@ -30,6 +30,7 @@ from mrs_simulator.rqt_plugin.widgets.messages import MessageList
 from mrs_simulator.rqt_plugin.widgets.overlay import Overlay
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.window.one_column import OneColumn
+from mrs_simulator.rqt_plugin.window.side_by_side import TITLE, SideBySide
 
 SIZE = (1180, 720)  # [px] that shows everything
 SETTINGS = 21  # [lines of text] that the settings are wide at first
@@ -39,7 +40,8 @@ STATUS = ("master", "stage", "controller", "robots", "time")
 class StudyPanels(QWidget):
     """Run bar on top, settings on the left, map above results on the right, status below.
 
-    Banners lie over the map.  In a narrow window the settings are among the results.
+    Banners lie over the map.  In a narrow window the settings are among the results, in a wide one the 3D
+    view is beside the map.
     """
 
     def __init__(self, parent=None):
@@ -49,7 +51,11 @@ class StudyPanels(QWidget):
         self.setLocale(QLocale.c())  # numbers as files have them, in any country
         self.bar, self.banners = RunBar(self), Banners(self)
         self.right, self.across = QSplitter(Qt.Vertical), QSplitter(Qt.Horizontal)
-        self.right.addWidget(self._build_map())
+        self.views = QSplitter(
+            Qt.Horizontal
+        )  # of the team: the map, and the 3D view where there is room
+        self.views.addWidget(self._build_map())
+        self.right.addWidget(self.views)
         self.right.addWidget(self._build_results())
         self.right.setStretchFactor(0, 3)
         self.right.setStretchFactor(1, 2)
@@ -67,6 +73,7 @@ class StudyPanels(QWidget):
         layout.addLayout(self._build_status())
         Overlay(self.banners, self.map)
         self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right, self.map_panel)
+        self.beside = SideBySide(self.view, self.results_tabs, self.views)
 
     @guarded
     def resizeEvent(self, event):
@@ -82,6 +89,7 @@ class StudyPanels(QWidget):
 
     def _fit(self):
         self.columns.fit(self.size(), self.fontMetrics().height())
+        self.beside.fit(self.size(), self.fontMetrics().height())
         if self.time_line is not None:
             self.time_line.give_room(not self.columns.is_narrow)
 
@@ -98,7 +106,9 @@ class StudyPanels(QWidget):
             (self.protocol, "Protocol"),
             (self.topology, "Topology"),
         ):
-            self.settings_tabs.addTab(scrolled(widget), title)
+            page = scrolled(widget)
+            page.setObjectName(title)
+            self.settings_tabs.addTab(page, title)
         return self.settings_tabs
 
     def _build_map(self):
@@ -117,14 +127,16 @@ class StudyPanels(QWidget):
         self.results_tabs = QTabWidget()
         for widget, title in (
             (self.curves, "Curves"),
-            (self.view, "3D view"),
+            (self.view, TITLE),
             (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
             (self.sensors, "Robot"),
             (self.programs, "Programs"),
             (self.messages, "Messages"),
         ):
+            widget.setObjectName(title.replace(" ", "-"))  # by which settings know it
             self.results_tabs.addTab(widget, title)
+        self.results_tabs.setMovable(True)
         return self.results_tabs
 
     def _build_status(self):
@@ -146,6 +158,26 @@ class StudyPanels(QWidget):
         self.time_line = TimeLine(cursor)
         self.map_panel.add_below(self.time_line)
         self._fit()
+
+    def tab_order(self):
+        """Return the names of the results' pages from left to right."""
+        pages = [self.results_tabs.widget(place) for place in range(self.results_tabs.count())]
+        return [page.objectName() for page in pages if not self.columns.is_setting(page)]
+
+    def set_tab_order(self, names):
+        """Put the results' pages called ``names`` first, in this order; names of none are left out."""
+        known = self.tab_order()
+        first, bar = self.results_tabs.count() - len(known), self.results_tabs.tabBar()
+        for place, name in enumerate(name for name in dict.fromkeys(names) if name in known):
+            page = self.results_tabs.findChild(QWidget, name)
+            bar.moveTab(self.results_tabs.indexOf(page), first + place)
+
+    def bring_forward(self, name):
+        """Show the page called ``name``, if there is one."""
+        for tabs in (self.settings_tabs, self.results_tabs):
+            page = tabs.findChild(QWidget, name) if name else None
+            if page is not None and tabs.indexOf(page) >= 0:
+                tabs.setCurrentWidget(page)
 
     def hide_absent(self, absent):
         """Hide the buttons and the tab of what is ``absent``, names as of ``Connection.absent``."""

@@ -98,23 +98,25 @@ def read_bag(path, scenario=None):
         raise RunError(text) from None
     _refuse_impossible(path, taken)
     slack = JITTER if reader is _from_robots else 0.0
-    keep = _every(taken.time, scenario.record_rate if scenario else None, slack)
-    if scenario is not None:  # a bag may have run on while the results were written
-        late = slack / scenario.record_rate + 1e-6
-        keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
+    keep = _recorded(taken.time, scenario, slack)
     kept, start = taken.at(keep), taken.time[0]
     meta = dict(_meta(kept.command, unknown, degraded), **facts)
     if scenario is not None:
         scenario = _obeyed_in(path, scenario, controller, kept.time, meta)
     if scenario is not None and reader is _from_states:
         meta.update(scene_facts(scenario.obstacles, scene_time(start)))
-    incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
+    incidents = _since(start, incidents)
     if incidents:
         meta["incidents"] = incidents
     kept = _with_points(team, kept, scenario.hand_length if scenario else DEFAULT_HAND_LENGTH)
     kept = kept.replace(time=np.round(kept.time - start, 9), robots=np.array(kept.robots))
-    collisions = [c._replace(time=c.time - start) for c in collisions if c.time >= start]
+    collisions = _since(start, collisions)
     return Run(**vars(kept), collisions=collisions, scenario=scenario, meta=meta)
+
+
+def _since(start, events):
+    """Return the ``events`` from ``start`` [s] on, timed from there."""
+    return [each._replace(time=each.time - start) for each in events if each.time >= start]
 
 
 def _meta(command, collisions_unknown, degraded):
@@ -329,13 +331,21 @@ def _collisions(bag):
     return [read_collision(message) for _, message, _ in bag.read_messages([COLLISIONS])]
 
 
+def _recorded(time, scenario, slack):
+    """Return the indices of the samples that a run of ``scenario``, None for unknown, records."""
+    if scenario is None:
+        return np.arange(len(time))
+    keep = _every(time, scenario.record_rate, slack)
+    # A bag may have run on while the results were written.
+    late = slack / scenario.record_rate + 1e-6
+    return keep[time[keep] - time[0] <= scenario.duration + late]
+
+
 def _every(time, rate, slack=0.0):
-    """Return the indices of samples at least 1/rate [s] apart; all if ``rate`` is None.
+    """Return the indices of samples at least 1/rate [s] apart.
 
     ``slack`` [-]: part of 1/rate by which one may be early.
     """
-    if rate is None:
-        return np.arange(len(time))
     keep, following = [], -math.inf
     for index, stamp in enumerate(time):
         if stamp >= following - 1e-6:

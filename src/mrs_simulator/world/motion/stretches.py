@@ -34,38 +34,14 @@ def stretch(steps, until, every, pose, inner, command, limits, step, reach, room
     after, mean, points = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     for count in range(steps):
-        fastest = 0.0
-        for row in range(n):
-            for axis in range(2):
-                target = min(max(command[row, axis], limits[row, axis]), limits[row, 2 + axis])
-                most = limits[row, 4 + axis]
-                change = min(max(target - inner[row, axis], -most), most)
-                after[row, axis] = inner[row, axis] + change
-                lost = abs(change) * change / limits[row, 6 + axis]
-                mean[row, axis] = after[row, axis] - lost
-            fastest = max(fastest, abs(mean[row, 0]))
+        fastest = ramp(inner, command, limits, after, mean)
         travel = min(reach, step * fastest)
         if room <= travel:
             return count, room, NEAR
         room -= travel
-        for row in range(n):
-            half = 0.5 * step * mean[row, 1]
-            share, cos_half = half_turn(half)
-            sin_half, along = half * share, step * mean[row, 0] * share
-            # Of the mean heading, along which the centre moves, and of the one at the end.
-            c, s = (
-                cos[row] * cos_half - sin[row] * sin_half,
-                sin[row] * cos_half + cos[row] * sin_half,
-            )
-            pose[row, 0] += along * c
-            pose[row, 1] += along * s
-            cos[row], sin[row] = c * cos_half - s * sin_half, s * cos_half + c * sin_half
-            theta = pose[row, 2] + half + half
-            if theta < -PI or theta >= PI:
-                theta = (theta + PI) % TURN - PI
-            pose[row, 2] = theta
-            inner[row, 0], inner[row, 1] = after[row, 0], after[row, 1]
-        if count + 1 < until or (count + 1 - until) % every != 0:
+        arcs(pose, cos, sin, step, mean)
+        inner[:] = after
+        if not is_due(count + 1, until, every):
             continue
         for row in range(n):
             points[row, 0] = pose[row, 0] + l * cos[row]
@@ -77,10 +53,8 @@ def stretch(steps, until, every, pose, inner, command, limits, step, reach, room
             v, omega = abs(after[row, 0]), abs(after[row, 1])
             excess = max(v / limits[row, 8], omega / limits[row, 9], 1.0)
             worst = max(worst, excess)
-            mean[row, 0] = excess if scope == 1 else 1.0
-        for row in range(n):
-            factor = worst if scope == 2 else mean[row, 0]
-            command[row, 0], command[row, 1] = after[row, 0] / factor, after[row, 1] / factor
+            mean[row, 0] = excess
+        saturate(after, mean, worst, scope, command)
     return steps, room, DONE
 
 
@@ -99,7 +73,7 @@ def point_stretch(steps, until, every, pose, twist, command, step, l, scope, *gi
             pose[row, 0] += step * (cos[row] * along - sin[row] * across)
             pose[row, 1] += step * (sin[row] * along + cos[row] * across)
             twist[row, 0], twist[row, 1] = along, across
-        if count + 1 < until or (count + 1 - until) % every != 0:
+        if not is_due(count + 1, until, every):
             continue
         for row in range(n):
             points[row, 0] = pose[row, 0] + l * cos[row]
@@ -127,19 +101,7 @@ def sliding_stretch(
     after, mean, points = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     for count in range(steps):
-        fastest = 0.0
-        for row in range(n):
-            for axis in range(2):
-                asked = max(command[row, axis], limits[row, axis])
-                after[row, axis] = min(asked, limits[row, 3 + axis])
-            slower = max(rim_excess(after[row, 0], after[row, 1], wheels[row]), 1.0)
-            for axis in range(2):
-                most = limits[row, 6 + axis]
-                change = min(max(after[row, axis] / slower - inner[row, axis], -most), most)
-                after[row, axis] = inner[row, axis] + change
-                lost = abs(change) * change / limits[row, 9 + axis]
-                mean[row, axis] = after[row, axis] - lost
-            fastest = max(fastest, abs(mean[row, 0]), abs(mean[row, 1]))
+        fastest = slide_ramp(inner, command, limits, wheels, after, mean)
         travel = min(reach, step * DIAGONAL * fastest)
         if room <= travel:
             return count, room, NEAR
@@ -149,7 +111,7 @@ def sliding_stretch(
             pose[row, 0] += cos[row] * x - sin[row] * y
             pose[row, 1] += sin[row] * x + cos[row] * y
             inner[row, 0], inner[row, 1] = after[row, 0], after[row, 1]
-        if count + 1 < until or (count + 1 - until) % every != 0:
+        if not is_due(count + 1, until, every):
             continue
         for row in range(n):
             points[row, 0], points[row, 1] = pose[row, 0], pose[row, 1]
@@ -161,11 +123,80 @@ def sliding_stretch(
             excess = max(abs(x) / limits[row, 12], abs(y) / limits[row, 13], 1.0)
             excess = max(excess, rim_excess(x, y, wheels[row]))
             worst = max(worst, excess)
-            mean[row, 0] = excess if scope == 1 else 1.0
-        for row in range(n):
-            factor = worst if scope == 2 else mean[row, 0]
-            command[row, 0], command[row, 1] = after[row, 0] / factor, after[row, 1] / factor
+            mean[row, 0] = excess
+        saturate(after, mean, worst, scope, command)
     return steps, room, DONE
+
+
+def is_due(step, until, every):
+    """Return whether the law is asked after ``step``."""
+    return step >= until and (step - until) % every == 0
+
+
+def ramp(inner, command, limits, after, mean):
+    """Put the speeds (n, 2) at the end of a step, and their means, into ``after`` and ``mean``.
+
+    Return the greatest of the mean speeds.
+    """
+    fastest = 0.0
+    for row in range(len(inner)):
+        for axis in range(2):
+            target = min(max(command[row, axis], limits[row, axis]), limits[row, 2 + axis])
+            change = approach(target, inner[row, axis], limits[row, 4 + axis])
+            after[row, axis] = inner[row, axis] + change
+            mean[row, axis] = after[row, axis] - abs(change) * change / limits[row, 6 + axis]
+        fastest = max(fastest, abs(mean[row, 0]))
+    return fastest
+
+
+def slide_ramp(inner, command, limits, wheels, after, mean):
+    """As ``ramp``, of bases whose rims slow all axes alike."""
+    fastest = 0.0
+    for row in range(len(inner)):
+        for axis in range(2):
+            asked = max(command[row, axis], limits[row, axis])
+            after[row, axis] = min(asked, limits[row, 3 + axis])
+        slower = max(rim_excess(after[row, 0], after[row, 1], wheels[row]), 1.0)
+        for axis in range(2):
+            target = after[row, axis] / slower
+            change = approach(target, inner[row, axis], limits[row, 6 + axis])
+            after[row, axis] = inner[row, axis] + change
+            mean[row, axis] = after[row, axis] - abs(change) * change / limits[row, 9 + axis]
+        fastest = max(fastest, abs(mean[row, 0]), abs(mean[row, 1]))
+    return fastest
+
+
+def approach(target, speed, most):
+    """Return the change of ``speed`` toward ``target``, by ``most`` at most."""
+    return min(max(target - speed, -most), most)
+
+
+def arcs(pose, cos, sin, step, mean):
+    """Move unicycles along arcs at ``mean`` speeds (n, 2), and turn ``cos``, ``sin`` of their headings."""
+    for row in range(len(pose)):
+        half = 0.5 * step * mean[row, 1]
+        share, cos_half = half_turn(half)
+        sin_half, along = half * share, step * mean[row, 0] * share
+        # Of the mean heading, along which the centre moves, and of the one at the end.
+        c = cos[row] * cos_half - sin[row] * sin_half
+        s = sin[row] * cos_half + cos[row] * sin_half
+        pose[row, 0] += along * c
+        pose[row, 1] += along * s
+        cos[row], sin[row] = c * cos_half - s * sin_half, s * cos_half + c * sin_half
+        theta = pose[row, 2] + half + half
+        if theta < -PI or theta >= PI:
+            theta = (theta + PI) % TURN - PI
+        pose[row, 2] = theta
+
+
+def saturate(wanted, excess, worst, scope, command):
+    """Put ``wanted`` (n, 2), slowed as ``scope`` says, into ``command``.
+
+    ``excess`` (n, 2): by which factor each is too fast, in the first column; ``worst``: the greatest.
+    """
+    for row in range(len(wanted)):
+        factor = worst if scope == 2 else excess[row, 0] if scope == 1 else 1.0
+        command[row, 0], command[row, 1] = wanted[row, 0] / factor, wanted[row, 1] / factor
 
 
 def rim_excess(x, y, wheels):

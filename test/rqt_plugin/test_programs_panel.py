@@ -1,6 +1,7 @@
 """Programs of the study: started, ended and started again in one place, and what they say of themselves."""
 
 import os
+import signal
 import sys
 
 import pytest
@@ -121,6 +122,20 @@ def test_a_program_of_ones_own_is_listed_started_and_its_end_reported(study):
     assert "{} ended with 3".format(name) in study.messages.toPlainText()
     press(study, "remove")
     assert study.programs.table.rowCount() == 4
+
+
+def test_programs_take_interrupts_though_a_background_job_ignores_them():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        processes = Processes()
+        processes.launch("one", [sys.executable, "-c", RUNS])
+        wait_until(lambda: "running" in processes.output("one"))
+        signal.raise_signal(signal.SIGINT)  # the GUI itself still ignores it
+        processes.close()
+        processes.wait_closed()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert processes.code("one") in (1, -signal.SIGINT)
 
 
 def test_one_that_runs_is_ended_restarted_and_killed(study):

@@ -20,6 +20,7 @@ class Processes:
     """Named programs of this package, each at most once."""
 
     def __init__(self):
+        _let_programs_be_interrupted()
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
         self._running, self._jobs, self._begun = {}, {}, {}
         self._newest = {}  # the last process of each name
@@ -139,6 +140,16 @@ class Processes:
     def _end(self, started):
         _end_all(started)
         shutil.rmtree(self.directory, ignore_errors=True)
+
+
+def _let_programs_be_interrupted():
+    """Ignore an interrupt by a handler, if at all: what a process starts inherits that it is ignored.
+
+    A shell without job control has its background jobs ignore interrupts, by which programs here are ended.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        with contextlib.suppress(ValueError):  # not in the main thread
+            signal.signal(signal.SIGINT, lambda *_: None)
 
 
 def _end_all(processes):

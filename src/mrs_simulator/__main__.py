@@ -12,6 +12,7 @@ COMMANDS = {
     "experiment": ("study.run.command", "main", "run a scenario: run.csv, figures, verdict"),
     "sweep": ("study.run.command", "sweep_main", "run a scenario under many values of its keys"),
     "report": ("study.results.report", "main", "make figures and verdict of a recorded run again"),
+    "figure": ("study.results.figure_command", "main", "draw one figure of chosen parts of a run"),
     "reproduce": ("study.results.reproduce", "main", "run again what made a figure, compare bytes"),
     "view": ("study.draw.view", "main", "play a run, or save it as an animation"),
     "check_protocol": ("study.check.check_protocol", "main", "would a wrong law fail its verdict?"),

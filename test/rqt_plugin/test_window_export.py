@@ -2,6 +2,7 @@
 
 import csv
 import os
+import time
 
 import numpy as np
 import pytest
@@ -41,6 +42,14 @@ def study():
     widget.close_study()
     widget.close()
     application.processEvents()
+
+
+def wait_shown(condition, limit=60.0):
+    """Let the window go on until the condition holds."""
+    end = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < end
+        QTest.qWait(20)
 
 
 def choose(widget, what):
@@ -84,6 +93,39 @@ def test_a_picture_of_another_kind_or_where_none_can_be_is_refused(study, tmp_pa
         answer(study, tmp_path / name)
         assert said in study.messages.toPlainText()
     assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_is_composed_of_the_run_saved_last(study, tmp_path, monkeypatch):
+    asked = []
+
+    def run(name, script, *words, limit):
+        asked.append(words)
+        Image.new("RGB", (40, 30), "red").save(words[words.index("--out") + 1])
+        return (2, "figure: robot 9: none") if "9" in words else (0, "")
+
+    choose(study, "figure")
+    assert "no run of this window is saved yet" in study.messages.toPlainText()
+    study.results.directory = str(tmp_path / "a run")
+    monkeypatch.setattr(study.study.processes, "run", run)
+    study.study.processes.directory = str(tmp_path)
+    choose(study, "figure")
+    composer = study.export.composer
+    composer.panels["x"].setChecked(False)
+    composer.begin.setText("2")
+    wait_shown(lambda: composer.preview.pixmap() is not None and not composer.note.message)
+    (words,) = asked  # one figure for three choices
+    assert words[0] == study.results.directory and "trajectories" in words
+    assert words[words.index("--between") + 1 :][:2] == ("2", "inf")
+    composer.copy.click()
+    command = "mrs-simulator figure {!r} --out figure.pdf".format(study.results.directory)
+    assert QApplication.clipboard().text().startswith(command)
+    composer.save.click()
+    answer(study, tmp_path / "own.png")
+    wait_shown(lambda: "saved" in composer.note.message)
+    assert (tmp_path / "own.png").exists()
+    composer.robots.setText("9")
+    wait_shown(lambda: "robot 9: none" in composer.note.message)
+    composer.close()
 
 
 def test_the_curves_shown_are_copied_as_a_table(study):

@@ -54,7 +54,7 @@ class StudyWidget(StudyPanels):
         self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
-        self.export = Export(self, self.results, self.files)
+        self.export = Export(self, self.results, self.files, self.study.processes)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)

@@ -63,6 +63,11 @@ EXPORTS = (
     ("map", "Picture of the map...", "PNG, or PDF of vectors"),
     ("view", "Picture of the 3D view...", "PNG, or PDF of vectors"),
     ("curves", "Picture of the curves...", "PNG, PDF or SVG"),
+    (
+        "figure",
+        "Compose a figure...",
+        "Chosen panels, robots and times of the run saved last, and the command that draws them",
+    ),
     ("table", "Copy the curves", "The curves shown as CSV, for a spreadsheet"),
 )
 EXPORT = "export "  # before the name of one of them, in what is asked

@@ -6,9 +6,13 @@ from mrs_simulator.rqt_plugin.qt.QtCore import QMarginsF, QSizeF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QImage, QPageSize, QPainter, QPdfWriter
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
+from mrs_simulator.rqt_plugin.window.composer import Composer
 
 FINE = 3.0  # [-] pixels of a picture for one of the screen
 OF_WIDGETS, OF_FIGURES = ("png", "pdf"), ("png", "pdf", "svg")
+NOT_SAVED = (
+    "no figure to compose: no run of this window is saved yet, by Save... or at the end of Run"
+)
 VIDEO = {
     "video": ("--video", "--beside-curves"),
     "film": ("--video", "--beside-curves", "--space"),
@@ -18,9 +22,10 @@ VIDEO = {
 class Export:
     """Does what the menu beside *Save...* offers."""
 
-    def __init__(self, panels, results, files):
+    def __init__(self, panels, results, files, processes):
         """``results``: the window's ``Results``; ``files``: asks for paths, a ``ScenarioFiles``."""
         self._panels, self._results, self._files = panels, results, files
+        self._processes, self.composer = processes, None
 
     def do(self, what):
         """Export ``what``, a name of ``bar.EXPORTS``."""
@@ -29,6 +34,8 @@ class Export:
             text = panels.curves.as_csv()
             QApplication.clipboard().setText(text)
             panels.say("copied: {} lines of the curves shown".format(text.count("\n")))
+        elif what == "figure":
+            self._compose()
         elif what in VIDEO:
             self._results.ask_where(VIDEO[what])
         elif what == "curves":
@@ -36,6 +43,14 @@ class Export:
         else:
             widget = {"map": panels.map, "view": panels.view.canvas}[what]
             self._ask(what, lambda path: save_picture(widget, path), OF_WIDGETS)
+
+    def _compose(self):
+        directory = self._results.directory
+        if directory is None:
+            self._panels.say(ErrorMessage(NOT_SAVED))
+            return
+        self.composer = Composer(self._panels, self._processes, directory, self._files.ask)
+        self.composer.show()
 
     def _ask(self, name, save, kinds):
         patterns = " ".join("*." + kind for kind in kinds)

@@ -20,6 +20,7 @@ class Results:
     def __init__(self, panels, study, history, files):
         self._panels, self._study, self._history, self._files = panels, study, history, files
         self._since = None  # [s], when the saving that is under way began
+        self.directory = None  # of the run saved last
 
     def can_be_saved(self):
         """Return whether there is a run, and no saving is under way."""
@@ -78,7 +79,8 @@ class Results:
         return success
 
     def _show_verdict(self, path):
-        self._panels.say("saved to {}".format(os.path.dirname(path)))
+        self.directory = os.path.dirname(path)
+        self._panels.say("saved to {}".format(self.directory))
         try:
             self._panels.verdict.set_verdict(read_verdict(path))
         except (ValueError, OSError) as error:

@@ -28,10 +28,11 @@ INPUTS_HEIGHT, INPUT_HEIGHT = 4.4, 1.05  # [in], and of each input where there a
 
 
 @styled
-def draw_states(figure, run, component, prediction=None, axes=None):
+def draw_states(figure, run, component, prediction=None, axes=None, named=True):
     """Draw ``component`` (``"x"``, ``"y"`` or ``"z"``) of every robot against time; return the axes.
 
-    On ``axes``, or on ``figure``, emptied first.
+    On ``axes``, or on ``figure``, emptied first.  ``named``: whether the figure says which line is which
+    robot.
     """
     column = ("x", "y", "z").index(component)
     axes = emptied(figure, 1)[0] if axes is None else axes
@@ -48,15 +49,17 @@ def draw_states(figure, run, component, prediction=None, axes=None):
     symbol = component if prediction is None else r"\alpha_{}".format(component)
     axes.set_ylabel("${}$ [m]".format(symbol))
     _frame_time(axes, run.time)
-    _name_robots(axes.figure, [axes], run.robots)
+    if named:
+        name_robots(axes.figure, [axes], run.robots)
     return axes
 
 
 @styled
-def draw_inputs(figure, run, axes=None):
+def draw_inputs(figure, run, axes=None, named=True):
     """Draw the control inputs of every robot against time, v and omega of unicycles; return the axes.
 
-    On ``axes``, one for each input, or on ``figure``, emptied first.
+    On ``axes``, one for each input, or on ``figure``, emptied first.  ``named``: whether the figure says
+    which line is which robot.
     """
     rows = emptied(figure, len(run.axes)) if axes is None else np.atleast_1d(axes)
     if len(rows) != len(run.axes):
@@ -70,7 +73,8 @@ def draw_inputs(figure, run, axes=None):
         if axes is not rows[-1]:
             axes.set_xlabel("")
     rows[0].figure.align_ylabels(list(rows))
-    _name_robots(rows[0].figure, list(rows), run.robots)
+    if named:
+        name_robots(rows[0].figure, list(rows), run.robots)
     return tuple(rows)
 
 
@@ -94,7 +98,7 @@ def draw_in_panels(figure, run, most=4):
         axes.set_ylabel(label)
         axes.label_outer()
     figure.align_ylabels(list(panels))
-    _name_robots(figure, list(panels), run.robots)
+    name_robots(figure, list(panels), run.robots)
     return tuple(panels)
 
 
@@ -138,7 +142,7 @@ def _draw_predicted_curves(axes, time, values):
     draw_alike(axes, lines, "Theory", color="k", ls=(0, (4, 3)), lw=sized(values, 0.8, 0.5))
 
 
-def _name_robots(figure, panels, robots):
+def name_robots(figure, panels, robots):
     """Tell which line is which robot: a legend above the first panel, or a colour bar."""
     if len(robots) <= MOST_IN_LEGEND:
         legend_above(panels[0])

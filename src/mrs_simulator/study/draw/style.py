@@ -101,13 +101,18 @@ def check_formats(formats):
 
 def add_look(parser):
     """Give ``parser`` the options ``--width``, ``--style`` and ``--formats``; ``look_of`` takes them."""
+    add_width_and_style(parser)
+    parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
+
+
+def add_width_and_style(parser):
+    """Give ``parser`` the options ``--width`` and ``--style``, which ``look`` takes."""
     parser.add_argument(
         "--width", default="", help="of figures: page (6.5 in), column (3.5 in), slide, 88mm, 3.4in"
     )
     parser.add_argument(
         "--style", default="", help="of figures: an .mplstyle file, or a style of matplotlib"
     )
-    parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
 
 
 def look_of(arguments):

@@ -29,6 +29,7 @@ OLD_ROSPY = rospy_fails_by_itself()
 SLOW = 0.12  # [s] of processor time from which on a test is slow
 # Tests start hundreds of processes: let them find their modules compiled, whatever is set here.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+os.environ.pop("XDG_DATA_HOME", None)  # runs are kept below the HOME of each test
 os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build", "pycache")
 # Nor is pytest to rewrite their assertions each time, where this process runs them itself.
 sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]

@@ -109,6 +109,7 @@ def quiet_study(scenario):
     connection.diagnostics.return_value, processes.output.return_value = [], ""
     processes.is_ending.return_value = False
     widget = StudyWidget(connection, processes, scenario)
+    widget.study.shelf.home = os.path.join(tempfile.gettempdir(), "no shelf")
     for timer in widget.findChildren(QTimer):
         timer.stop()
     return widget

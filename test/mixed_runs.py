@@ -81,7 +81,7 @@ def in_gui(scenario, out):
 
 def run_file(out):
     """Return the path of the samples that the GUI has kept below ``out``."""
-    (path,) = glob.glob(os.path.join(str(out), "mrs_runs", "unsaved", "*", "run.csv"))
+    (path,) = glob.glob(os.path.join(str(out), ".local/share/mrs_simulator/runs", "*", "run.csv"))
     return path
 
 

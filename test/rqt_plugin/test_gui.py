@@ -137,7 +137,7 @@ until(lambda: glob.glob(os.path.expanduser("~/mrs_runs/*.bag")))
 
     (bag,) = (tmp_path / "mrs_runs").glob("*.bag")
     assert list(
-        (tmp_path / "mrs_runs" / "unsaved").glob("*/run.csv")
+        (tmp_path / ".local/share/mrs_simulator/runs").glob("*/run.csv")
     )  # the GUI ended before it was saved
     assert len(read_bag(str(bag)).time) > 5
 
@@ -364,7 +364,7 @@ until(lambda: "is kept in" in gui.messages.toPlainText())
         laws[0],
         tmp_path / "other.yaml",
     )
-    (directory,) = (tmp_path / "mrs_runs" / "unsaved").iterdir()
+    (directory,) = (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
     run = read_run(str(directory))
     assert directory.name.startswith("4_robots_own") and run.scenario.title == "4 robots, Own"
     assert "raise3.py" in run.scenario.control.protocol and run.scenario.n == 4
@@ -639,7 +639,9 @@ for runs in (1, 2):
 
 def test_one_click_runs_the_scenario_over_ros_and_another_does_so_again(gui, tmp_path):
     gui(ONE_CLICK)
-    runs = [read_run(str(path)) for path in (tmp_path / "mrs_runs" / "unsaved").iterdir()]
+    runs = [
+        read_run(str(path)) for path in (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
+    ]
     assert len(runs) == 2
     for run in runs:  # from where the scenario begins
         assert run.pose[0].tolist() == runs[0].pose[0].tolist()

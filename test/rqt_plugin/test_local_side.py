@@ -95,7 +95,7 @@ def in_window(code, path, tmp_path, *arguments):
 
 
 def kept_run(home):
-    (path,) = home.glob("mrs_runs/unsaved/*/run.csv")
+    (path,) = home.glob(".local/share/mrs_simulator/runs/*/run.csv")
     return read_run_csv(str(path))
 
 
@@ -161,7 +161,7 @@ def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_a
     in_window(code, path, tmp_path)
     run_experiment(scenario, str(tmp_path / "alone"), formats=())
     wanted = (tmp_path / "alone" / "run.csv").read_bytes()
-    runs = list(tmp_path.glob("mrs_runs/unsaved/*/run.csv"))
+    runs = list(tmp_path.glob(".local/share/mrs_simulator/runs/*/run.csv"))
     assert [run.read_bytes() for run in runs] == 2 * [wanted]
 
 

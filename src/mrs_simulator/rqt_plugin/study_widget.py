@@ -21,6 +21,7 @@ from mrs_simulator.rqt_plugin.window.saved_layout import restore_layout, saved_l
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
+from mrs_simulator.rqt_plugin.window.shelf import ShelfControl
 from mrs_simulator.rqt_plugin.window.status import Status
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
 from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
@@ -55,6 +56,7 @@ class StudyWidget(StudyPanels):
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
         self.export = Export(self, self.results, self.files, self.study.processes)
+        self.shelf_control = ShelfControl(self, self.study.shelf, self.files)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
@@ -161,6 +163,7 @@ class StudyWidget(StudyPanels):
             self.study.preflight.cancel()
         self.live.follow_control()
         self.sensing.show()
+        self.shelf_control.follow()
         self.status_line.show()
         self.edits.keep()
 
@@ -171,7 +174,10 @@ class StudyWidget(StudyPanels):
         if name == "set_team":
             self.pending_team.answered()
         self.whole.answered(name, success)
+        if name in ("save", "keep"):
+            self.shelf_control.look()
         if name == "save" and self.results.ended(success, answer):
+            self.shelf_control.add(answer)
             return
         self.say(answer if name == "keep" else self.study.take_result(name, success, answer))
         if name == "preflight":
@@ -196,6 +202,7 @@ class StudyWidget(StudyPanels):
         self.trial.close()
         self.edge_lens.close()
         self.results.close()
+        self.shelf_control.close()
         self.edits.forget()
         self._errors.close()
         self.bar.release_keys()

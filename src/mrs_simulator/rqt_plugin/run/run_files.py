@@ -1,9 +1,7 @@
 """Writes a run's data, figures and verdict; without Qt."""
 
-import itertools
 import os
 import re
-import shutil
 import threading
 import time
 
@@ -21,16 +19,17 @@ CANCELLED = "cancelled; what was written is in {}"
 LOST = "{} samples are left out: the controller published no estimates for their times"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 KEEP_LIMIT = 60.0  # [s] of wall time that the GUI waits at its end for a run to be kept
-KEPT = "unsaved"  # the directory of runs that were not saved when another one began
-MOST_KEPT = 20  # [-] of them
 
 
 class RunFiles:
     """Saves runs, each with the scenario that ran, in the background."""
 
-    def __init__(self, connection, processes, edited, missed):
-        """``edited``: the ``EditedScenario``; ``missed``: the ``MissedPeriods`` of the run."""
-        self._connection, self._processes = connection, processes
+    def __init__(self, connection, processes, edited, missed, shelf):
+        """``edited``: the ``EditedScenario``; ``missed``: the ``MissedPeriods`` of the run.
+
+        ``shelf``: the ``Shelf``, on which runs are kept that are not saved elsewhere.
+        """
+        self._connection, self._processes, self._shelf = connection, processes, shelf
         self._edited, self._missed = edited, missed
         self.saving, self._cancelled = "", threading.Event()  # what a save is at
         self._keeping = []  # ``Event``s, set when an unsaved run is written
@@ -105,37 +104,25 @@ class RunFiles:
         for written in self._keeping:
             written.wait(max(0.0, end - time.monotonic()))
 
-    def unsaved_directory(self, history):
-        """Return a new directory's path for the run in ``history`` that the user has not saved.
-
-        The oldest of them make room for it.
-        """
-        folder = os.path.join(self.results_directory(), KEPT)
-        if os.path.isdir(folder):
-            _make_room(folder, MOST_KEPT - 1)
-        wanted = path = os.path.join(folder, _named(self.ran(history)[0]))
-        for count in itertools.count(2):  # a fast run may take less than a second
-            if not os.path.exists(path):
-                return path
-            path = "{}_{}".format(wanted, count)
+    def shelf_directory(self, history):
+        """Return a new directory's path on the shelf for the run in ``history``."""
+        return self._shelf.new_directory(self.ran(history)[0].title)
 
     def _to_keep(self, history):
-        """Return a function that writes the data of an unsaved run and returns a message."""
-        folder = os.path.join(self.results_directory(), KEPT)
+        """Return a function that writes the data of an unsaved run to the shelf, and returns a message."""
         ran = self.ran(history)
-        directory = os.path.join(folder, _named(ran[0]))
+        directory = self._shelf.new_directory(ran[0].title)
         write = self._writing(history, directory, ran)
-        return lambda: self._kept(write, folder, directory)
+        return lambda: self._kept(write, directory)
 
     @staticmethod
-    def _kept(write, folder, directory):
+    def _kept(write, directory):
         try:
             os.makedirs(directory, exist_ok=True)
             path = write()
-            _make_room(folder, MOST_KEPT)
         except OSError as error:
             return ErrorMessage("the previous run was not saved, and is lost: {}".format(error))
-        return "the previous run was not saved; its data is kept in {}".format(path)
+        return "the previous run was not judged; its data is kept in {}".format(path)
 
     def ran(self, history):
         """Return the scenario that the run in ``history`` began with, and facts of it for ``run.json``.
@@ -214,13 +201,6 @@ class RunFiles:
         meta.update({"ended": ended} if ended else {})
         # Collisions of real robots are not measured.
         return dict(meta, collisions_unknown=True) if real else meta
-
-
-def _make_room(folder, most):
-    """Remove the oldest runs in ``folder`` but for ``most`` of them."""
-    runs = sorted(os.scandir(folder), key=lambda entry: entry.stat().st_mtime)
-    for entry in runs[: max(0, len(runs) - most)]:
-        shutil.rmtree(entry.path, ignore_errors=True)
 
 
 def _named(scenario):

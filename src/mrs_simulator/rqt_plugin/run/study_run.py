@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.run.programs import called
 from mrs_simulator.rqt_plugin.run.run_files import RunFiles
 from mrs_simulator.rqt_plugin.run.stage_run import StageRun
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
+from mrs_simulator.rqt_plugin.shelf.folder import Shelf
 
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/(status|scenario)|/robot[0-9]+/.*"
 LONGEST_OUTPUT = 500  # [characters] that are shown of a program that failed
@@ -30,7 +31,8 @@ class StudyRun:
             connection, processes, self.edited, self.state, self.stage, self.preflight
         )
         self.missed = MissedPeriods()
-        self.files = RunFiles(connection, processes, self.edited, self.missed)
+        self.shelf = Shelf()
+        self.files = RunFiles(connection, processes, self.edited, self.missed, self.shelf)
         self._resets = False  # once the controller has stopped
         self._actions = {
             "simulate": self.stage.simulate,

@@ -18,7 +18,8 @@ class FileDialog(QFileDialog):
     def __init__(self, parent, title, start, kinds, chosen, saves=False, places=()):
         """``start``: directory or file to begin with; ``chosen``: is called with the path.
 
-        ``places``: directories that are offered beside the files.
+        ``places``: directories that are offered beside the files.  Without ``kinds`` of files an existing
+        directory is asked for, unless it ``saves``.
         """
         super().__init__(parent, title, os.path.dirname(start), kinds)
         for option in (self.DontUseNativeDialog, self.ReadOnly, self.DontConfirmOverwrite):
@@ -26,7 +27,7 @@ class FileDialog(QFileDialog):
         self.setSidebarUrls([QUrl.fromLocalFile(place) for place in dict.fromkeys(places)])
         self._saves, self._title = saves, title
         self.setAcceptMode(self.AcceptSave if saves else self.AcceptOpen)
-        self.setFileMode(self.AnyFile)
+        self.setFileMode(self.AnyFile if saves or kinds else self.Directory)
         self.selectFile(os.path.basename(start))
         self.findChild(QLineEdit).textChanged.connect(guarded(lambda *_: self._ask_to_replace("")))
         self.fileSelected.connect(guarded(chosen))

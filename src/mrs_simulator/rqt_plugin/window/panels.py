@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.run.programs_panel import ProgramsPanel
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
+from mrs_simulator.rqt_plugin.shelf.panel import ShelfPanel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
@@ -100,6 +101,7 @@ class StudyPanels(QWidget):
     def _build_settings(self):
         self.team, self.protocol, self.topology = TeamPanel(), ProtocolPanel(), TopologyPanel()
         self.protocol.set_protocols(sorted(HOMES))
+        self.shelf = ShelfPanel()
         self.settings_tabs = QTabWidget()
         for widget, title in (
             (self.team, "Team"),
@@ -109,6 +111,8 @@ class StudyPanels(QWidget):
             page = scrolled(widget)
             page.setObjectName(title)
             self.settings_tabs.addTab(page, title)
+        self.shelf.setObjectName("Runs")
+        self.settings_tabs.addTab(self.shelf, "Runs")
         return self.settings_tabs
 
     def _build_map(self):

@@ -37,9 +37,9 @@ class Results:
             self._files.ask(TITLE, start, "", save, saves=True)
 
     def judge(self):
-        """Save the run among those that the user did not save, and show the verdict."""
+        """Save the run on the shelf, and show the verdict."""
         if not self._nothing_to_save():
-            self.save(self._study.files.unsaved_directory(self._history))
+            self.save(self._study.files.shelf_directory(self._history))
 
     def save(self, directory, more=()):
         """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``.

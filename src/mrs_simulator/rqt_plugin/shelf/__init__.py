@@ -1,0 +1,1 @@
+"""Runs that are kept, listed, opened and compared."""

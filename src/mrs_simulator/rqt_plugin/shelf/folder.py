@@ -1,0 +1,222 @@
+"""The user's folder of runs: bounded, marked, with undo of deletions; without Qt and ROS."""
+
+import json
+import os
+import re
+import shutil
+import time
+
+from mrs_simulator.core.writing import write_text
+from mrs_simulator.rqt_plugin.shelf.entry import BAG, Entries, Marks, is_run, run_at, size_of
+from mrs_simulator.scenario.reading import read_json
+
+MOST_BYTES = 2 * 10**9  # [bytes] of all runs in the folder, unless the user wants others
+DELETED = ".deleted"  # the folder of runs that can be brought back
+SETTINGS = "shelf.json"
+MOST_WATCHED = 500  # [-] runs listed of a folder that is watched
+KEPT_DELETED = 86400.0  # [s] that a deleted run stays after a GUI that did not end in order
+
+
+class Shelf:
+    """Runs in a folder of the user's, those in folders that are watched, and single ones elsewhere.
+
+    Marks and settings are in one file of the user's data directory, so that all windows share them, and
+    nothing is written to folders of others.  Every method may be called from any thread.
+    """
+
+    def __init__(self, home=None):
+        """``home``: default ``mrs_simulator`` in the user's data directory."""
+        data = os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share")
+        self.home = home or os.path.join(data, "mrs_simulator")
+        self._entries = Entries()
+
+    # Settings ------------------------------------------------------------------------------------
+
+    def settings(self):
+        """Return the settings: folder, most_bytes, watched, others and marks; wrong ones are left out."""
+        try:
+            kept = read_json(os.path.join(self.home, SETTINGS))
+        except (OSError, ValueError):
+            kept = {}
+        kept = kept if isinstance(kept, dict) else {}
+        result = {
+            "folder": os.path.join(self.home, "runs"),
+            "most_bytes": MOST_BYTES,
+            "watched": [],
+            "others": [],
+            "marks": {},
+        }
+        fitting = {k: v for k, v in kept.items() if isinstance(v, type(result.get(k)))}
+        return {**result, **fitting}
+
+    def change(self, **settings):
+        """Keep other ``settings``; raises ``OSError`` where they cannot be written."""
+        os.makedirs(self.home, exist_ok=True)
+        changed = {**self.settings(), **settings}
+        text = json.dumps(changed, indent=2, sort_keys=True) + "\n"
+        write_text(os.path.join(self.home, SETTINGS), text)
+
+    @property
+    def folder(self):
+        """Return the path of the folder."""
+        return self.settings()["folder"]
+
+    def holds(self, path):
+        """Return whether the run at ``path`` is in the folder."""
+        return os.path.dirname(os.path.abspath(path)) == os.path.abspath(self.folder)
+
+    # What is there -------------------------------------------------------------------------------
+
+    def scan(self):
+        """Return the ``Entry`` of each run, the newest first."""
+        settings = self.settings()
+        paths = runs_in(settings["folder"])
+        for folder in settings["watched"]:
+            paths += runs_in(folder)[:MOST_WATCHED]
+        paths += [path for path in settings["others"] if is_run(path)]
+        entries = self._entries.of(dict.fromkeys(paths))
+        marked = (e._replace(marks=_marks(settings["marks"].get(e.path))) for e in entries)
+        return sorted(marked, key=lambda entry: -entry.time)
+
+    def add(self, path):
+        """Add a run, or watch a folder of runs, at ``path``; return the path of the run, None of a folder.
+
+        Raises ``ValueError`` where there is neither, and ``OSError`` where that cannot be kept.
+        """
+        path = os.path.abspath(path)
+        if os.path.isdir(path) and not is_run(path):
+            self._append("watched", path)
+            return None
+        path = run_at(path)
+        if not self.holds(path):
+            self._append("others", path)
+        return path
+
+    def _append(self, name, path):
+        paths = self.settings()[name]
+        if path not in paths:
+            self.change(**{name: [*paths, path]})
+
+    def mark(self, path, **marks):
+        """Keep other ``marks`` of the run at ``path``, by the names of ``Marks``."""
+        kept = self.settings()["marks"]
+        changed = _marks(kept.get(path))._replace(**marks)
+        others = {other: value for other, value in kept.items() if other != path}
+        own = {path: changed._asdict()} if changed != Marks() else {}
+        self.change(marks={**others, **own})
+
+    # Coming and going ----------------------------------------------------------------------------
+
+    def new_directory(self, title):
+        """Return the path of a new run called ``title``, which is not made."""
+        title = re.sub(r"[^a-z0-9]+", "_", (title or "run").lower()).strip("_")[:40]
+        wanted = "{}_{}".format(title, time.strftime("%Y%m%d_%H%M%S"))
+        path, count = os.path.join(self.folder, wanted), 2
+        while os.path.exists(path):  # a fast run may take less than a second
+            path, count = os.path.join(self.folder, "{}_{}".format(wanted, count)), count + 1
+        return path
+
+    def delete(self, path):
+        """Take the run at ``path`` away; return what ``restore`` brings back.
+
+        One in the folder is deleted once the GUI ends; the files of others stay.
+        """
+        settings, path = self.settings(), os.path.abspath(path)
+        if not self.holds(path):
+            if path not in settings["others"]:
+                text = "{}: its folder is watched: delete the run there, or watch it no longer"
+                raise ValueError(text.format(path))
+            self.change(others=[other for other in settings["others"] if other != path])
+            return path, None
+        bin_ = os.path.join(settings["folder"], DELETED)
+        os.makedirs(bin_, exist_ok=True)
+        target = os.path.join(bin_, "{}.{}".format(os.path.basename(path), time.time_ns()))
+        os.rename(path, target)
+        os.utime(target)  # since when it is there
+        return path, target
+
+    def restore(self, deleted):
+        """Bring back what ``delete`` has returned; return its path."""
+        path, target = deleted
+        if target is None:
+            self._append("others", path)
+            return path
+        if os.path.exists(path):
+            raise ValueError("{}: there is another run by now".format(path))
+        os.rename(target, path)
+        return path
+
+    def empty(self, deleted):
+        """Remove for ever what ``delete`` has returned, a list, and what was left by a crash."""
+        bin_ = os.path.join(self.folder, DELETED)
+        gone = [target for _, target in deleted if target is not None]
+        with_age = [each.path for each in _entries_in(bin_) if _age(each) > KEPT_DELETED]
+        for path in {*gone, *with_age}:
+            _remove(path)
+
+    def make_room(self, kept=()):
+        """Remove the oldest runs that are not pinned, nor among ``kept``, until the rest fits.
+
+        Return their names.  What was deleted goes first.
+        """
+        settings = self.settings()
+        runs = [(size_of(path), path) for path in runs_in(settings["folder"])]
+        bin_ = os.path.join(settings["folder"], DELETED)
+        most, left = settings["most_bytes"], sum(size for size, _ in runs) + size_of(bin_)
+        if left > most:
+            left -= size_of(bin_)
+            _remove(bin_)
+        gone = []
+        stay = {os.path.abspath(path) for path in kept}
+        for size, path in sorted(runs, key=lambda run: os.path.getmtime(run[1])):
+            if left <= most:
+                break
+            if path in stay or _marks(settings["marks"].get(path)).pinned:
+                continue
+            _remove(path)
+            left -= size
+            gone.append(path)
+        if gone:
+            marks = {path: value for path, value in settings["marks"].items() if path not in gone}
+            self.change(marks=marks)
+        return [os.path.basename(path) for path in gone]
+
+
+def runs_in(folder):
+    """Return the paths of the runs in ``folder``, the newest first; [] where it cannot be read."""
+    found = [each for each in _entries_in(folder) if not each.name.startswith(".")]
+    runs = [each for each in found if is_run(each.path) and (each.is_dir() or _is_bag(each))]
+    return [os.path.abspath(each.path) for each in sorted(runs, key=_age)]
+
+
+def _is_bag(each):
+    return each.name.endswith(BAG)
+
+
+def _entries_in(folder):
+    try:
+        return list(os.scandir(folder))
+    except OSError:
+        return []
+
+
+def _age(each):
+    """Return how long [s] ago a directory's entry was changed; it may have gone meanwhile."""
+    try:
+        return time.time() - each.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _marks(kept):
+    """Return the ``Marks`` that a file holds; what is no such is left out."""
+    kept = kept if isinstance(kept, dict) else {}
+    kinds = {name: type(value) for name, value in Marks()._asdict().items()}
+    return Marks(**{k: kept[k] for k, kind in kinds.items() if isinstance(kept.get(k), kind)})
+
+
+def _remove(path):
+    if os.path.islink(path) or os.path.isfile(path):
+        os.remove(path)
+    else:
+        shutil.rmtree(path, ignore_errors=True)

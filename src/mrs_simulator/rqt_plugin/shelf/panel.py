@@ -1,0 +1,212 @@
+"""The shelf: the list of runs, and what can be done with one of them."""
+
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+from mrs_simulator.rqt_plugin.shelf.run_list import RunList, size_text
+from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+
+EMPTY = (
+    "No runs yet. Each run made here comes on this list; runs of other programs are added by the "
+    "menu, or dropped here."
+)
+SIZES = (1, 2, 5, 20, 100)  # [GB] that the user's folder may hold
+GIGA = 10**9  # [bytes]
+ADDING = (
+    ("run", "Add a run...", "A folder with a run.csv, or a bag: it stays where it is"),
+    ("watch", "Watch a folder...", "Its runs are listed as they come and go"),
+    ("folder", "Keep runs in...", "The folder in which runs made here are kept"),
+)
+
+
+class ShelfPanel(QWidget):
+    """Shows ``Entry``s, and asks by signals for what is done to them."""
+
+    mark_asked = Signal(str, object)  # path, and marks by name
+    delete_asked = Signal(str)
+    undo_asked = Signal()
+    scenario_asked = Signal(str)  # path of the run whose scenario is to be edited
+    add_asked = Signal(str)  # a name of ``ADDING``
+    unwatch_asked = Signal(str)
+    size_chosen = Signal(object)  # [bytes]
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._entries, self._filter = [], QLineEdit()
+        self.list, self._hint = RunList(), MessageLabel("aside")
+        self._hint.say(EMPTY)
+        self._filter.setPlaceholderText("Filter")
+        self._filter.setToolTip("Words that name, protocol, verdict or note contain")
+        self._filter.setClearButtonEnabled(True)
+        self._filter.textChanged.connect(self._on_filter)
+        self.menu = QToolButton()
+        self.menu.setText("Folders")
+        self.menu.setPopupMode(QToolButton.InstantPopup)
+        self.menu.setMenu(QMenu(self.menu))
+        self.clear = QPushButton("Compare none")
+        self.clear.clicked.connect(guarded(lambda *_: self.list.clear_compared()))
+        self.clear.setVisible(False)
+        top = QHBoxLayout()
+        for widget, stretch in ((self._filter, 1), (self.clear, 0), (self.menu, 0)):
+            top.addWidget(widget, stretch)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setSpacing(4)
+        layout.addLayout(top)
+        layout.addWidget(self._hint)
+        layout.addWidget(self.list, 1)
+        layout.addWidget(self._build_details())
+        layout.addLayout(self._build_foot())
+        self.list.selectionModel().currentChanged.connect(self._on_current)
+        self.list.runs.modelReset.connect(self._on_current)
+        self.list.compared_changed.connect(self._on_compared)
+        self.list.delete_asked.connect(self.delete_asked)
+        self._on_current()
+
+    def _build_details(self):
+        """Return what is edited of the current run."""
+        self.details, grid = QWidget(), QGridLayout()
+        self.details.setLayout(grid)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(4)
+        self.name, self.note = QLineEdit(), QLineEdit()
+        for row, (field, title) in enumerate(((self.name, "Name"), (self.note, "Note"))):
+            label = QLabel(title)
+            label.setBuddy(field)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(field, row, 1)
+            field.editingFinished.connect(guarded(lambda f=field, key=title: self._on_text(f, key)))
+        self.pin, self.delete, self.scenario = QToolButton(), QToolButton(), QToolButton()
+        self.pin.setText("Pin")
+        self.pin.setCheckable(True)
+        self.pin.setStyleSheet(CHECKED)
+        self.pin.setToolTip("A pinned run never makes room for others")
+        self.pin.clicked.connect(guarded(lambda on: self._mark(pinned=bool(on))))
+        self.delete.setText("Delete")
+        self.delete.setToolTip(
+            "Delete the run (Del); Undo brings it back until the window is closed"
+        )
+        self.delete.clicked.connect(
+            guarded(lambda *_: self.delete_asked.emit(self.list.current_path()))
+        )
+        self.scenario.setText("Edit its scenario")
+        self.scenario.setToolTip("Open the scenario of this run, to change it and run it again")
+        self.scenario.clicked.connect(
+            guarded(lambda *_: self.scenario_asked.emit(self.list.current_path()))
+        )
+        row = QHBoxLayout()
+        for button in (self.pin, self.scenario, self.delete):
+            row.addWidget(button)
+        row.addStretch(1)
+        grid.addLayout(row, 2, 0, 1, 2)
+        return self.details
+
+    def _build_foot(self):
+        self._size, self.undo = QLabel(), QPushButton("Undo deletion")
+        self._size.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        self._size.setEnabled(False)
+        self.undo.clicked.connect(guarded(lambda *_: self.undo_asked.emit()))
+        self.undo.setVisible(False)
+        row = QHBoxLayout()
+        row.addWidget(self._size, 1)
+        row.addWidget(self.undo)
+        return row
+
+    # Showing -------------------------------------------------------------------------------------
+
+    def show_entries(self, entries, settings, own):
+        """List ``entries``; ``settings``: the shelf's; ``own``: the size [bytes] of the user's folder."""
+        self._entries = entries
+        self._hint.setVisible(not entries)
+        self._list()
+        text = "{} runs, {} of {}".format(
+            len(entries), size_text(own), size_text(settings["most_bytes"])
+        )
+        self._size.setText(text)
+        self._size.setToolTip("kept in {}".format(settings["folder"]))
+        self._fill_menu(settings)
+
+    def _fill_menu(self, settings):
+        menu = self.menu.menu()
+        if menu.isVisible():
+            return
+        menu.clear()
+        menu.setToolTipsVisible(True)
+        for name, text, tip in ADDING:
+            action = menu.addAction(text)
+            action.setToolTip(tip)
+            action.triggered.connect(guarded(lambda *_, n=name: self.add_asked.emit(n)))
+        sizes = menu.addMenu("Keep at most")
+        for size in SIZES:
+            action = sizes.addAction("{} GB".format(size))
+            action.setCheckable(True)
+            action.setChecked(settings["most_bytes"] == size * GIGA)
+            action.triggered.connect(guarded(lambda *_, s=size: self.size_chosen.emit(s * GIGA)))
+        for folder in settings["watched"]:
+            action = menu.addAction("Watch no longer: {}".format(folder))
+            action.triggered.connect(guarded(lambda *_, f=folder: self.unwatch_asked.emit(f)))
+
+    def offer_undo(self, offered):
+        """Offer to bring back the run that was deleted last, or no longer."""
+        self.undo.setVisible(offered)
+
+    @guarded
+    def _on_filter(self, *_):
+        self._list()
+
+    def _list(self):
+        words = self._filter.text().lower().split()
+        self.list.take([each for each in self._entries if _matches(each, words)])
+
+    @guarded
+    def _on_current(self, *_):
+        """Show the marks of the current run, but for a field that is being edited."""
+        row, entries = self.list.currentIndex().row(), self.list.runs.entries
+        entry = entries[row] if 0 <= row < len(entries) else None
+        self.details.setVisible(entry is not None)
+        if entry is None:
+            return
+        for field, text in ((self.name, entry.name), (self.note, entry.marks.note)):
+            if not field.hasFocus() or not field.isModified():
+                field.setText(text)
+        self.pin.setChecked(entry.marks.pinned)
+
+    @guarded
+    def _on_compared(self, paths):
+        self.clear.setVisible(bool(paths))
+
+    def _on_text(self, field, key):
+        if field.isModified():
+            field.setModified(False)
+            self._mark(**{key.lower(): field.text().strip()})
+
+    def _mark(self, **marks):
+        path = self.list.current_path()
+        if path:
+            self.mark_asked.emit(path, marks)
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Rename by F2."""
+        if event.key() == Qt.Key_F2 and self.details.isVisible():
+            self.name.setFocus()
+            self.name.selectAll()
+        else:
+            super().keyPressEvent(event)
+
+
+def _matches(entry, words):
+    text = " ".join((entry.name, entry.protocol, entry.outcome, entry.marks.note)).lower()
+    return all(word in text for word in words)

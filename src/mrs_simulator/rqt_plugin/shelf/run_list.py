@@ -1,0 +1,199 @@
+"""The list of runs: a click shows one, its box lays it over the run that is shown."""
+
+import os
+import time
+
+from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractListModel, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QAbstractItemView, QListView
+from mrs_simulator.rqt_plugin.shelf.differences import differing
+from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, RunRow
+from mrs_simulator.rqt_plugin.shelf.thumbnail import Thumbnails
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+SAME = "as the run before"
+MOST_NAMED = 4  # [-] differences in a row
+
+
+class RunModel(QAbstractListModel):
+    """``Entry``s, what differs from the run before each, and which are compared or shown."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.entries, self._texts = [], []
+        self.compared, self.shown = [], ""  # paths: those laid over the run shown, and that
+
+    def rowCount(self, parent=None):
+        """Return how many runs there are."""
+        return 0 if parent is not None and parent.isValid() else len(self.entries)
+
+    def data(self, index, role=Qt.DisplayRole):
+        """Return what the list asks for."""
+        if not index.isValid() or index.row() >= len(self.entries):
+            return None
+        entry = self.entries[index.row()]
+        if role == ENTRY:
+            return entry, self._texts[index.row()]
+        if role == Qt.CheckStateRole:
+            return Qt.Checked if entry.path in self.compared else Qt.Unchecked
+        if role == Qt.DisplayRole:  # what a screen reader reads, and what is typed for
+            return entry.name
+        if role == Qt.ToolTipRole:
+            return tip_of(entry, self._texts[index.row()])
+        return None
+
+    def take(self, entries):
+        """List ``entries``, the newest first; return whether that changed anything."""
+        if entries == self.entries:
+            return False
+        self.beginResetModel()
+        self.entries = entries
+        self._texts = [self._difference(row) for row in range(len(entries))]
+        present = {entry.path for entry in entries}
+        self.compared = [path for path in self.compared if path in present]
+        self.endResetModel()
+        return True
+
+    def _difference(self, row):
+        """Return in words what differs from the run before that in ``row``, "" where it is not known."""
+        keys = self.entries[row].keys
+        before = next((each.keys for each in self.entries[row + 1 :] if each.keys), None)
+        if not keys or before is None:
+            return ""
+        found = [each.text for each in differing((before, keys))]
+        more = ["..."] if len(found) > MOST_NAMED else []
+        return ", ".join(found[:MOST_NAMED] + more) or SAME
+
+    def toggle(self, row):
+        """Lay the run in ``row`` over the one shown, or no longer."""
+        path = self.entries[row].path
+        if path in self.compared:
+            self.compared.remove(path)
+        else:
+            self.compared.append(path)
+        self.dataChanged.emit(self.index(row), self.index(row))
+
+    def row_of(self, path):
+        """Return the row of the run at ``path``, -1 for none."""
+        paths = [entry.path for entry in self.entries]
+        return paths.index(path) if path in paths else -1
+
+
+def tip_of(entry, difference):
+    """Return all that the list knows of a run."""
+    when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(entry.time))
+    lines = [entry.name, entry.path, "{}, {}".format(when, size_text(entry.size))]
+    lines += ["changed: " + difference] if difference else []
+    return "\n".join(lines + ([entry.marks.note] if entry.marks.note else []))
+
+
+def size_text(size):
+    """Return a ``size`` [bytes] as a person reads it."""
+    for unit in ("kB", "MB", "GB"):
+        size /= 1000.0
+        if size < 999.5 or unit == "GB":
+            return "{:.3g} {}".format(size, unit)
+    return ""
+
+
+class RunList(QListView):
+    """The list, with mouse and keys: Return shows, blank compares, Del deletes."""
+
+    show_asked = Signal(str)  # path of a run
+    compared_changed = Signal(object)  # paths of the runs to compare with the one shown
+    delete_asked = Signal(str)
+    dropped = Signal(object)  # paths of files and folders
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.runs, self.thumbnails = RunModel(self), Thumbnails()
+        self.setModel(self.runs)
+        self.setItemDelegate(RunRow(self.thumbnails, self))
+        self.setSelectionMode(QAbstractItemView.SingleSelection)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self.setResizeMode(QListView.Adjust)
+        self.setAcceptDrops(True)
+        self.setAccessibleName("Runs")
+
+    def take(self, entries):
+        """List ``entries``; what was current stays so."""
+        path = self.current_path()
+        if self.runs.take(entries):
+            self.choose(path)
+
+    def current_path(self):
+        """Return the path of the current run, "" for none."""
+        row = self.currentIndex().row()
+        return self.runs.entries[row].path if 0 <= row < len(self.runs.entries) else ""
+
+    def choose(self, path):
+        """Make the run at ``path`` the current one, if it is there."""
+        row = self.runs.row_of(path)
+        if row >= 0:
+            self.setCurrentIndex(self.runs.index(row))
+
+    def follow(self):
+        """Show pictures that are there by now."""
+        if self.thumbnails.take():
+            self.viewport().update()
+
+    def set_shown(self, path):
+        """Mark the run at ``path`` as the one that is shown, "" for none."""
+        if path != self.runs.shown:
+            self.runs.shown = path
+            self.viewport().update()
+
+    def toggle(self, row):
+        """Compare the run in ``row``, or no longer."""
+        self.runs.toggle(row)
+        self.compared_changed.emit(list(self.runs.compared))
+
+    def clear_compared(self):
+        """Compare nothing."""
+        self.runs.compared = []
+        self.viewport().update()
+        self.compared_changed.emit([])
+
+    @guarded
+    def mousePressEvent(self, event):
+        """Compare by the box, or with Ctrl; else show."""
+        index = self.indexAt(event.pos())
+        super().mousePressEvent(event)
+        if not index.isValid() or event.button() != Qt.LeftButton:
+            return
+        in_box = self.itemDelegate().box(self.visualRect(index)).contains(event.pos())
+        if in_box or event.modifiers() & Qt.ControlModifier:
+            self.toggle(index.row())
+        else:
+            self.show_asked.emit(self.runs.entries[index.row()].path)
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Show, compare or delete the current run."""
+        row, path = self.currentIndex().row(), self.current_path()
+        if path and event.key() in (Qt.Key_Return, Qt.Key_Enter):
+            self.show_asked.emit(path)
+        elif path and event.key() == Qt.Key_Space:
+            self.toggle(row)
+        elif path and event.key() == Qt.Key_Delete:
+            self.delete_asked.emit(path)
+        else:
+            super().keyPressEvent(event)
+
+    @guarded
+    def dragEnterEvent(self, event):
+        """Take files and folders."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    @guarded
+    def dragMoveEvent(self, event):
+        """Take files and folders."""
+        event.acceptProposedAction()
+
+    @guarded
+    def dropEvent(self, event):
+        """Add what was dropped."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        self.dropped.emit([os.path.normpath(path) for path in paths])
+        event.acceptProposedAction()

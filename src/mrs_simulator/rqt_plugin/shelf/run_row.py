@@ -1,0 +1,143 @@
+"""Paints one run of the list: its box, picture, name, verdict, and what differs from the run before."""
+
+import time
+
+from mrs_simulator.rqt_plugin.qt.QtCore import QPoint, QRect, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QFont, QPainter, QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QApplication,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionButton,
+    QStyleOptionViewItem,
+)
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import tint
+from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, SELF_CONSISTENT
+
+ENTRY = Qt.UserRole + 1  # an ``Entry``, and in words what differs
+LINES = 3  # of text; a note is one more
+WORDS = {
+    PASSED: ("passed", "good"),
+    FAILED: ("FAILED", "error"),
+    NOT_JUDGED: ("not judged", "aside"),
+    SELF_CONSISTENT: ("self-consistent", "aside"),
+    "": ("no verdict", "aside"),
+}
+PIN = "\u2605 "
+WIDE = 4.0 / 3.0  # [-] of a picture, over its height
+
+
+class RunRow(QStyledItemDelegate):
+    """Rows of a ``RunList``."""
+
+    def __init__(self, thumbnails, parent):
+        super().__init__(parent)
+        self._thumbnails = thumbnails
+
+    def sizeHint(self, option, index):
+        """Return the size of a row."""
+        found = index.data(ENTRY)
+        lines = LINES + bool(found and found[0].marks.note)
+        return QSize(100, int((1.15 * lines + 0.6) * option.fontMetrics.height()))
+
+    def box(self, rect):
+        """Return where the box of a row at ``rect`` is, with room for a finger."""
+        line = self.parent().fontMetrics().height()
+        return QRect(rect.left(), rect.top(), int(1.7 * line), rect.height())
+
+    @guarded
+    def paint(self, painter, option, index):
+        """Paint the row."""
+        (entry, difference), line = index.data(ENTRY), option.fontMetrics.height()
+        option = QStyleOptionViewItem(option)
+        self.initStyleOption(option, index)
+        chosen, palette = bool(option.state & QStyle.State_Selected), option.palette
+        style, view = QApplication.style(), self.parent()
+        style.drawPrimitive(QStyle.PE_PanelItemViewItem, option, painter, view)
+        painter.save()
+        painter.setRenderHint(QPainter.SmoothPixmapTransform)
+        shown = view.runs.shown == entry.path
+        if shown:  # a bar in the colour of what is chosen
+            painter.fillRect(
+                QRect(option.rect.topLeft(), QSize(3, option.rect.height())), palette.highlight()
+            )
+        self._paint_box(painter, option, index, line)
+        place = self._picture_place(option.rect, line)
+        self._paint_picture(painter, place, entry, palette)
+        left = place.right() + line // 2
+        width = option.rect.right() - left - line // 3
+        role = QPalette.HighlightedText if chosen else QPalette.Text
+        colour = palette.color(QPalette.Active, role)
+        self._paint_texts(
+            painter, QRect(left, place.top(), width, line), entry, difference, colour, chosen
+        )
+        painter.restore()
+
+    def _paint_box(self, painter, option, index, line):
+        button, box = QStyleOptionButton(), self.box(option.rect)
+        side = min(box.width(), int(1.1 * line))
+        corner = QPoint(box.center().x() - side // 2 + 1, box.center().y() - side // 2)
+        button.rect = QRect(corner, QSize(side, side))
+        checked = index.data(Qt.CheckStateRole) == Qt.Checked
+        button.state = QStyle.State_Enabled | (QStyle.State_On if checked else QStyle.State_Off)
+        QApplication.style().drawPrimitive(
+            QStyle.PE_IndicatorCheckBox, button, painter, self.parent()
+        )
+
+    def _picture_place(self, rect, line):
+        high = int((1.15 * LINES) * line)
+        left = self.box(rect).right() + 2
+        return QRect(left, rect.top() + int(0.3 * line), int(WIDE * high), high)
+
+    def _paint_picture(self, painter, place, entry, palette):
+        ground = palette.color(QPalette.Base)
+        image = self._thumbnails.of(entry, place.width(), place.height(), ground)
+        if image is None:
+            painter.fillRect(place, ground)
+        else:
+            painter.drawImage(place, image)
+        painter.setPen(palette.color(QPalette.Mid))
+        painter.drawRect(place.adjusted(0, 0, -1, -1))
+
+    def _paint_texts(self, painter, first, entry, difference, colour, chosen):
+        """Paint name and verdict in the line ``first``, and the others below."""
+        word, kind = WORDS[entry.outcome]
+        palette, font = self.parent().palette(), QFont(self.parent().font())
+        bold = QFont(font)
+        bold.setBold(True)
+        when = time.strftime(day_form(entry.time), time.localtime(entry.time))
+        lines = [
+            ((PIN if entry.marks.pinned else "") + entry.name, bold, colour),
+            (", ".join(filter(None, (when, entry.protocol))), font, faint(colour)),
+            (difference, font, colour),
+        ]
+        if entry.marks.note:
+            italic = QFont(font)
+            italic.setItalic(True)
+            lines.append((entry.marks.note, italic, faint(colour)))
+        painter.setFont(font)
+        painter.setPen(colour if chosen else QColor(tint(kind, palette)))
+        second = first.translated(0, int(1.15 * first.height()))
+        painter.drawText(second, Qt.AlignRight | Qt.AlignVCenter, word)
+        taken = painter.fontMetrics().horizontalAdvance(word + "  ")
+        for row, (text, face, shade) in enumerate(lines):
+            painter.setFont(face)
+            painter.setPen(shade)
+            width = first.width() - (taken if row == 1 else 0)
+            cut = painter.fontMetrics().elidedText(text, Qt.ElideRight, width)
+            place = first.translated(0, int(1.15 * row * first.height()))
+            painter.drawText(place, Qt.AlignLeft | Qt.AlignVCenter, cut)
+
+
+def faint(colour):
+    """Return ``colour``, less strong."""
+    result = QColor(colour)
+    result.setAlphaF(0.7)
+    return result
+
+
+def day_form(when):
+    """Return how a time is written: of today without the day."""
+    today = time.strftime("%Y%m%d") == time.strftime("%Y%m%d", time.localtime(when))
+    return "%H:%M:%S" if today else "%Y-%m-%d %H:%M"

@@ -1,0 +1,141 @@
+"""The shelf of runs in the window: looks for runs in the background, and does what its panel asks for."""
+
+import os
+import time
+
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
+from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+SEEN, HIDDEN = 2.0, 20.0  # [s] between two looks for runs while the list is seen, or is not
+RUNS = "Runs (run.csv *.bag)"
+GONE = "the shelf holds {:g} GB at most: {} old {} made room: {}"
+MOST_NAMED = 5
+
+
+class ShelfControl:
+    """Keeps the list of runs up to date, and marks, deletes and adds runs."""
+
+    def __init__(self, panels, shelf, files):
+        """``shelf``: the ``Shelf``; ``files``: asks for paths, a ``ScenarioFiles``."""
+        self._panels, self._shelf, self._files = panels, shelf, files
+        self._worker, self._due, self._looks = DebouncedWorker(0.0), 0.0, False
+        self._deleted = []  # what can be brought back, the newest last
+        panel = panels.shelf
+        panel.mark_asked.connect(self._on_mark)
+        panel.delete_asked.connect(self._on_delete)
+        panel.undo_asked.connect(self._on_undo)
+        panel.add_asked.connect(self._on_add)
+        panel.unwatch_asked.connect(self._on_unwatch)
+        panel.size_chosen.connect(self._on_size)
+        panel.list.dropped.connect(self._on_dropped)
+
+    # Looking -------------------------------------------------------------------------------------
+
+    def look(self):
+        """Look for runs at the next opportunity."""
+        self._due = 0.0
+
+    def follow(self):
+        """Show the runs that are there, and their pictures."""
+        panel = self._panels.shelf
+        panel.list.follow()
+        found = self._worker.take()
+        if found is not None:
+            self._looks = False
+            self._show(*found)
+        if not self._looks and time.monotonic() >= self._due:
+            self._looks = True
+            self._due = time.monotonic() + (SEEN if panel.isVisible() else HIDDEN)
+            self._worker.ask(self._looked)
+
+    def _looked(self):
+        """Return entries, settings, the size of the user's folder and what made room; in a thread."""
+        shelf, gone = self._shelf, []
+        entries = shelf.scan()
+        settings = shelf.settings()
+        own = [entry for entry in entries if shelf.holds(entry.path)]
+        if sum(entry.size for entry in own) > settings["most_bytes"]:
+            gone = shelf.make_room([own[0].path])  # the newest, however large
+            entries = shelf.scan() if gone else entries
+            own = [entry for entry in entries if shelf.holds(entry.path)]
+        return entries, settings, sum(entry.size for entry in own), gone
+
+    def _show(self, found, error):
+        if error is not None:
+            self._panels.say(ErrorMessage("runs: {}".format(reason(error))))
+            return
+        entries, settings, own, gone = found
+        self._panels.shelf.show_entries(entries, settings, own)
+        if gone:
+            named = ", ".join(gone[:MOST_NAMED]) + (", ..." if len(gone) > MOST_NAMED else "")
+            runs = "run" if len(gone) == 1 else "runs"
+            self._panels.say(GONE.format(settings["most_bytes"] / 1e9, len(gone), runs, named))
+
+    # What the panel asks for ---------------------------------------------------------------------
+
+    def _do(self, what, *arguments, **named):
+        """Return what a method of the shelf returns; where it raises, say why, and return None."""
+        self.look()
+        try:
+            return what(*arguments, **named)
+        except (OSError, ValueError) as error:
+            self._panels.say(ErrorMessage(reason(error)))
+            return None
+
+    def add(self, path):
+        """List the run whose folder has the file ``path``, such as its verdict."""
+        self._do(self._shelf.add, os.path.dirname(path))
+
+    @guarded
+    def _on_mark(self, path, marks):
+        self._do(self._shelf.mark, path, **marks)
+
+    @guarded
+    def _on_delete(self, path):
+        deleted = self._do(self._shelf.delete, path)
+        if deleted is not None:
+            self._deleted.append(deleted)
+            self._panels.shelf.offer_undo(True)
+            kept = "" if deleted[1] else "; its files stay"
+            self._panels.say("{} is off the list{}".format(os.path.basename(path), kept))
+
+    @guarded
+    def _on_undo(self):
+        if self._deleted and self._do(self._shelf.restore, self._deleted[-1]) is not None:
+            self._deleted.pop()
+        self._panels.shelf.offer_undo(bool(self._deleted))
+
+    @guarded
+    def _on_dropped(self, paths):
+        for path in paths:
+            self._do(self._shelf.add, path)
+
+    @guarded
+    def _on_add(self, name):
+        if name == "run":
+            self._files.ask("Add a run", "", RUNS, lambda path: self._on_dropped([path]))
+        else:
+            chosen = self._watch if name == "watch" else self._keep_in
+            self._files.ask("Choose a folder", "", "", chosen)
+
+    def _watch(self, path):
+        self._do(self._shelf.add, path)
+
+    def _keep_in(self, path):
+        self._do(self._shelf.change, folder=os.path.abspath(path))
+
+    @guarded
+    def _on_unwatch(self, path):
+        watched = [each for each in self._shelf.settings()["watched"] if each != path]
+        self._do(self._shelf.change, watched=watched)
+
+    @guarded
+    def _on_size(self, size):
+        self._do(self._shelf.change, most_bytes=int(size))
+
+    def close(self):
+        """End the threads; what was deleted is gone now."""
+        self._worker.ask(None)
+        self._panels.shelf.list.thumbnails.close()
+        self._do(self._shelf.empty, self._deleted)

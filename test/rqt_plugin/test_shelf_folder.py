@@ -1,0 +1,138 @@
+"""The user's folder of runs: what is listed, marked, deleted and brought back, and what makes room."""
+
+import json
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from mrs_simulator.rqt_plugin.shelf.differences import differing, flat
+from mrs_simulator.rqt_plugin.shelf.folder import Shelf
+from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
+
+HEAD = "time,robot,x,y,theta,alpha_x,alpha_y,v,omega\n"
+SCENARIO = (
+    "title: {}\ncontrol:\n  protocol: formation\n  parameters: {{k: {}, T: 0.1}}\nduration: 8.0\n"
+)
+
+
+def make_run(folder, name, when, k=0.02, size=0):
+    """Make a run of two robots that go along x, recorded at ``when`` [s] since 1970."""
+    path = folder / name
+    path.mkdir(parents=True)
+    lines = [
+        "{0},{1},{2},{1},0,0,0,0,0\n".format(t / 10, i, t * i) for t in range(50) for i in (1, 2)
+    ]
+    (path / "run.csv").write_text(HEAD + "".join(lines))
+    (path / "scenario.yaml").write_text(SCENARIO.format(name, k))
+    verdict = {"checks": [], "passed": True, "outcome": "passed", "title": name}
+    (path / "verdict.json").write_text(json.dumps(verdict))
+    (path / "figure.pdf").write_bytes(b"0" * size)
+    for each in (path / "run.csv", path):
+        os.utime(str(each), (when, when))
+    return str(path)
+
+
+@pytest.fixture
+def shelf(tmp_path):
+    return Shelf(str(tmp_path / "home"))
+
+
+def names(shelf):
+    return [entry.name for entry in shelf.scan()]
+
+
+def test_runs_of_the_folder_of_watched_ones_and_single_ones_are_listed_the_newest_first(
+    shelf, tmp_path
+):
+    own, others = tmp_path / "home" / "runs", tmp_path / "others"
+    make_run(own, "first", 1e9)
+    make_run(others, "second", 2e9)
+    make_run(others, "third", 1.5e9)
+    single = make_run(tmp_path / "elsewhere", "fourth", 1.7e9)
+    assert shelf.add(str(others)) is None
+    assert shelf.add(os.path.join(single, "run.csv")) == single
+    assert names(shelf) == ["second", "fourth", "third", "first"]
+    entry = shelf.scan()[0]
+    assert (entry.protocol, entry.outcome) == ("formation", "passed")
+    assert entry.keys["control.parameters.k"] == 0.02
+    # Another window knows the same, and a run that is gone is not listed.
+    shutil.rmtree(single)
+    assert names(Shelf(shelf.home)) == ["second", "third", "first"]
+    with pytest.raises(ValueError, match="no run: wanted a folder with a run.csv, or a bag"):
+        shelf.add(str(tmp_path / "nothing"))
+
+
+def test_marks_are_kept_and_nothing_is_written_to_folders_of_others(shelf, tmp_path):
+    path = make_run(tmp_path / "others", "a", 1e9)
+    before = sorted(os.listdir(path))
+    shelf.add(path)
+    shelf.mark(path, name="the good one", note="k halved")
+    shelf.mark(path, pinned=True)
+    (entry,) = Shelf(shelf.home).scan()
+    assert entry.name == "the good one" and entry.marks == ("the good one", "k halved", True)
+    assert sorted(os.listdir(path)) == before
+    shelf.delete(path)
+    assert names(shelf) == [] and os.path.exists(path)
+
+
+def test_a_deleted_run_comes_back_until_the_window_is_closed(shelf, tmp_path):
+    path = make_run(tmp_path / "home" / "runs", "a", 1e9)
+    shelf.mark(path, note="kept")
+    deleted = shelf.delete(path)
+    assert names(shelf) == [] and not os.path.exists(path)
+    assert shelf.restore(deleted) == path
+    assert shelf.scan()[0].marks.note == "kept"
+    shelf.empty([shelf.delete(path)])
+    assert names(shelf) == [] and not os.listdir(os.path.join(shelf.folder, ".deleted"))
+
+
+def test_the_oldest_make_room_but_neither_pinned_ones_nor_the_newest(shelf, tmp_path):
+    own = tmp_path / "home" / "runs"
+    paths = [make_run(own, name, 1e9 + when, size=10000) for when, name in enumerate("abcde")]
+    shelf.mark(paths[0], pinned=True)
+    shelf.change(most_bytes=45000)
+    assert shelf.make_room([paths[-1]]) == ["b", "c"]
+    assert names(shelf) == ["e", "d", "a"]
+    shelf.change(most_bytes=1)
+    assert shelf.make_room([paths[-1]]) == ["d"]
+    assert names(shelf) == ["e", "a"]
+
+
+def test_what_is_wrong_in_settings_and_runs_is_left_out(shelf, tmp_path):
+    path = make_run(tmp_path / "home" / "runs", "a", 1e9)
+    for name in ("scenario.yaml", "verdict.json"):
+        with open(os.path.join(path, name), "w", encoding="utf-8") as file:
+            file.write("{")
+    settings = {
+        "most_bytes": "many",
+        "marks": {path: {"name": 3, "note": "so"}},
+        "watched": [str(tmp_path)],
+    }
+    with open(os.path.join(shelf.home, "shelf.json"), "w", encoding="utf-8") as file:
+        json.dump(settings, file)
+    (entry,) = shelf.scan()
+    assert (entry.name, entry.outcome, entry.marks.note) == ("a", "", "so")
+    assert shelf.settings()["most_bytes"] == 2e9
+
+
+def test_what_differs_between_scenarios_is_named_in_few_words():
+    content = {
+        "title": "a",
+        "control": {"rate": 50.0, "parameters": {"k": 0.5}},
+        "poses": [[1.0] * 30],
+    }
+    other = {"title": "b", "control": {"rate": 20.0, "parameters": {"k": 1.0}}, "seed": 3}
+    found = differing((flat(content), flat(other)))
+    texts = [each.text for each in found]
+    assert texts == ["k 0.5 \u2192 1", "rate 50 \u2192 20", "other poses", "seed \u2013 \u2192 3"]
+    assert differing((flat(content), flat(content))) == []
+
+
+def test_a_few_positions_of_a_long_run_are_read_with_its_ends(tmp_path):
+    path = make_run(tmp_path, "a", 1e9)
+    tracks = tracks_of(os.path.join(path, "run.csv"), samples=8)
+    assert list(tracks) == [1, 2]
+    np.testing.assert_allclose(tracks[2][[0, -1]], [[0.0, 2.0], [98.0, 2.0]])
+    assert (np.diff(tracks[1][:, 0]) > 0.0).all() and len(tracks[1]) < 20

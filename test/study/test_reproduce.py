@@ -116,7 +116,8 @@ def test_an_edited_file_is_distinguished_from_one_made_otherwise(run, capsys):
 def test_what_no_run_made_is_refused(run, tmp_path, capsys):
     code, said = reproduced(run / "photo.png", capsys)
     assert code == 2 and "not among what the run made" in said
-    code, said = reproduced(tmp_path, capsys)
+    (tmp_path / "empty").mkdir()
+    code, said = reproduced(tmp_path / "empty", capsys)
     assert code == 2 and "provenance.json" in said
     (run / "provenance.json").write_text(json.dumps({"command": ""}))
     code, said = reproduced(run, capsys)
@@ -175,3 +176,14 @@ def test_what_is_no_text_is_refused(run, capsys):
     write_compiled(run, 1)
     code, said = reproduced(run / "run.csv", capsys)
     assert code == 2 and "compiled: 1, wanted a text" in said
+
+
+def test_all_runs_of_a_study_are_run_again(run, capsys):
+    study = run.parent
+    shutil.copytree(str(run), str(study / "gains" / "other"))
+    code, said = reproduced(study, capsys)
+    assert code == 0 and said.count("run.csv: the same bytes") == 2
+    assert said.splitlines()[-1] == "2 of 2 runs: the same bytes"
+    (study / "gains" / "other" / "scenario.yaml").write_text("robots: -1\n")
+    code, said = reproduced(study, capsys)
+    assert code == 2 and "poses: nothing given" in said and "1 of 2 runs: the same bytes" in said

@@ -24,16 +24,42 @@ SAME, OTHER = 0, 1  # exit codes
 def main(argv=None):
     """Reproduce what the command line names; exit with 0 where all bytes are the same, else with 1."""
     parser = argparse.ArgumentParser(prog=program("reproduce"), description=__doc__.split(": ")[1])
-    parser.add_argument("path", help="a run's directory, or one of its files")
+    parser.add_argument("path", help="a run's directory, one of its files, or a directory of runs")
     parser.add_argument("--style", default="", help="of its figures, where they had one")
     arguments = parser.parse_args(argv)
     with refusing_bad_input("reproduce"):
-        sys.exit(reproduce(arguments))
+        runs = runs_in(arguments.path)
+        if len(runs) == 1:
+            sys.exit(reproduce(runs[0], arguments.style))
+    codes = [_one_of_many(run, arguments.style) for run in runs]
+    print("{} of {} runs: the same bytes".format(codes.count(SAME), len(runs)))
+    sys.exit(max(codes))
 
 
-def reproduce(arguments):
-    """Run again and compare; print each file and what has changed; return the exit code."""
-    out, name = arguments.path, ""
+def _one_of_many(run, style):
+    """Reproduce ``run`` as :func:`reproduce` does; what is wrong with it is printed, and others go on."""
+    print("{}:".format(run), flush=True)
+    try:
+        with refusing_bad_input("reproduce"):
+            return reproduce(run, style)
+    except SystemExit as end:
+        return end.code
+
+
+def runs_in(path):
+    """Return the runs below ``path``, a list of paths in order: ``path`` itself where it is of one run."""
+    if not os.path.isdir(path) or os.path.exists(os.path.join(path, PROVENANCE_FILE)):
+        return [path]
+    found = [above for above, _, names in os.walk(path) if PROVENANCE_FILE in names]
+    return sorted(found) or [path]
+
+
+def reproduce(path, style=""):
+    """Run again what ``path`` names and compare; print each file and what has changed.
+
+    ``style``: of its figures, where they had one.  Return the exit code.
+    """
+    out, name = path, ""
     if not os.path.isdir(out):
         out, name = os.path.split(os.path.abspath(out))
     made = read_provenance(out)
@@ -44,11 +70,11 @@ def reproduce(arguments):
             raise ValueError(text.format(name, ", ".join(sorted(outputs))))
         outputs = {name: outputs[name]}
     formats = sorted({each.rpartition(".")[2] for each in outputs} & set(FORMATS))
-    style = look(made["look"].get("width", ""), arguments.style)
+    own_look = look(made["look"].get("width", ""), style)
     scenario = load_scenario(os.path.join(out, "scenario.yaml"))
     with tempfile.TemporaryDirectory(prefix="mrs_simulator") as directory:
         with compiling.chosen(_compiled(made)):  # which decides on last bits
-            run_experiment(scenario, directory, formats=formats, look=style)
+            run_experiment(scenario, directory, formats=formats, look=own_look)
         again = {each: digest(os.path.join(directory, each)) for each in outputs}
     for each in outputs:
         print(_line(each, again[each], outputs[each], digest(os.path.join(out, each))))

@@ -12,7 +12,7 @@ from mrs_simulator.pictures import camera as cameras
 from mrs_simulator.pictures import ground
 from mrs_simulator.pictures.camera import Camera, clipped_polygon, clipped_segments, on_screen
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons, Texts
-from mrs_simulator.pictures.palette import DARK, LIGHT
+from mrs_simulator.pictures.palette import DARK, LIGHT, START
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, solid_of
 from mrs_simulator.pictures.view import View
@@ -296,6 +296,31 @@ def test_land_lies_in_water_and_is_no_thing_that_hides():
     assert land[2] - land[0] < 10
 
 
+def test_an_edge_ends_with_its_head_at_the_body_of_its_receiver():
+    team = scene([(-1, 0, 0), (1, 0, 0)], edges=[(0, 1, 2.0)])
+    head = (*LIGHT.lines, 0.75)
+    found = {}
+    for directed in (True, False):
+        picture = drawn(team._replace(directed=directed), ABOVE, WIDTH, HEIGHT)
+        heads = [each for each in layers(picture, Polygons) if (each.colours == head).all()]
+        found[directed] = [each.points for each in heads]
+    (points,) = found[True]
+    tip, scale = points[0], View(ABOVE, WIDTH, HEIGHT, LIGHT).scale / ABOVE.distance
+    reach = kind("pioneer3dx").body.reach
+    assert not found[False] and np.ptp(points[:, 0]) > 3.0
+    assert tip[0] < points[1:, 0].min()  # it points from robot 2 to robot 1
+    assert abs((tip[0] - 0.5 * WIDTH) / scale - (reach - 1.0)) < 0.1
+
+
+def test_a_trail_begins_with_a_dot():
+    trails = (np.array([(-1.0, -1.0, 0.0), (0.0, 0.0, 0.0)]), np.zeros((0, 3)))
+    picture = drawn(scene([(0, 0, 0), (1, 0, 0)], trails=trails), ABOVE, WIDTH, HEIGHT)
+    (dot,) = [each for each in layers(picture, Polygons) if (each.colours == (*START, 1.0)).all()]
+    scale = View(ABOVE, WIDTH, HEIGHT, LIGHT).scale / ABOVE.distance
+    middle = dot.points.mean(axis=0) - (0.5 * WIDTH, 0.5 * HEIGHT)
+    assert np.allclose(middle / scale, (-1.0, 1.0), atol=0.1)
+
+
 def test_both_painters_show_the_same_picture():
     from PyQt5.QtGui import QImage, QPainter
     from PyQt5.QtWidgets import QApplication
@@ -306,7 +331,7 @@ def test_both_painters_show_the_same_picture():
     obstacles = (Box("box", 1.0, 1.5, 0.3, 1.0, 0.5, 0.4), Cylinder("post", -1.0, 1.0, 0.2, 1.0))
     trails = (np.array([(-1.0, -1.0, 0.0), (0.0, 0.0, 0.0)]), np.zeros((0, 3)))
     team = scene([(0, 0, 0.5), (1, 0, 2.0)], ["pioneer3dx", "husky"], obstacles=obstacles)
-    team = team._replace(trails=trails, targets=np.ones((2, 3)), edges=[(0, 1)])
+    team = team._replace(trails=trails, targets=np.ones((2, 3)), edges=[(0, 1, 1.0)])
     picture = drawn(team, framed(team, Camera(), WIDTH, HEIGHT), WIDTH, HEIGHT, DARK)
     image = QImage(WIDTH, HEIGHT, QImage.Format_RGB888)
     painter = QPainter(image)

@@ -53,7 +53,7 @@ def test_it_shows_the_maps_team_trails_targets_and_graph(shown):
     for step in range(4):
         team.show_snapshot(snapshot(step * 1.0, POSES + (0.5 * step, 0.0, 0.0)))
     scene = team.scene()
-    assert scene.state.robots == (1, 2, 3) and scene.edges == [(0, 1), (1, 2)]
+    assert scene.state.robots == (1, 2, 3) and scene.edges == [(0, 1, 1.0), (1, 2, 1.0)]
     assert np.allclose(scene.state.pose, POSES + (1.5, 0.0, 0.0))
     assert np.allclose(scene.trails[0][[0, -1], 0], (0.0, 1.5)) and scene.targets.shape == (3, 3)
     team.set_trail_shown(2, False)

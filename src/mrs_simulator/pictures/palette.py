@@ -2,6 +2,8 @@
 
 from typing import NamedTuple, Tuple
 
+START = (0.84, 0.0, 0.0)  # of the dot where a robot began
+
 
 class Palette(NamedTuple):
     """Colours of everything that has no colour of its own."""

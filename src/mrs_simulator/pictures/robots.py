@@ -10,6 +10,7 @@ from mrs_simulator.pictures.arms import ABOVE as OVER
 from mrs_simulator.pictures.arms import load_tile
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Polygons, ranges, taken, with_opacity
+from mrs_simulator.pictures.signs import MANY_ROBOTS, circle, dots
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 
 AMBIENT = 0.52  # [-] of light that comes from everywhere
@@ -18,9 +19,7 @@ RIM = 0.7  # [-] brightness of edges beside that of their faces
 LEAST_SEEN = 3.0  # [px] of a robot's reach, below which its mark alone is painted
 COARSE = 22.0  # [px] below which its small parts are left out
 MARK = 5.0  # [px] radius of the mark under a robot that is hard to see
-CORNERS = 12  # [-] of round marks and shadows
 LARGER = 1.06  # [-] shadows beside outlines
-MOST_NUMBERS = 200  # [-] of robots in view that are numbered
 ABOVE = 11.0  # [px] from a robot's top to the middle of its number
 
 
@@ -128,7 +127,7 @@ def shadows(view, robots, above=()):
 def _rim(body):
     """Return the outline (k, 3) [m] of a ``Body``, a little larger, on the ground."""
     if body.round:
-        rim = body.front * _circle()
+        rim = body.front * circle()
     else:
         side = 0.5 * body.width
         rim = np.array(
@@ -137,25 +136,18 @@ def _rim(body):
     return np.column_stack([LARGER * rim, np.zeros(len(rim))])
 
 
-def _circle():
-    turn = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
-    return np.stack([np.cos(turn), np.sin(turn)], axis=1)
-
-
 def marks(robots):
     """Return discs in the colours of robots that are too small to be seen; None where none is."""
     rows = np.flatnonzero(robots.inside & (robots.size < MARK))
     if not len(rows):
         return None
-    points = (robots.screen[rows][:, np.newaxis] + MARK * _circle()).reshape(-1, 2)
-    colours = with_opacity(robots.shades[rows], 0.9)
-    return Polygons(points, np.full(len(rows), CORNERS), colours, colours)
+    return dots(robots.screen[rows], with_opacity(robots.shades[rows], 0.9), MARK)
 
 
 def numbers(view, robots, names):
     """Return the robots' ``names`` above them; None where there are none, or too many, in view."""
     rows = np.flatnonzero(robots.inside)
-    if not 0 < len(rows) <= MOST_NUMBERS:
+    if not 0 < len(rows) <= MANY_ROBOTS:
         return None
     top = robots.place[rows].copy()
     top[:, 2] += [robots.kinds[row].body.height for row in rows]

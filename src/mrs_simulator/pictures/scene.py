@@ -4,10 +4,10 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.pictures import ground, robots
+from mrs_simulator.pictures import ground, robots, signs
 from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, scene_arms
-from mrs_simulator.pictures.camera import NEAR
-from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
+from mrs_simulator.pictures.camera import NEAR, clipped_segments
+from mrs_simulator.pictures.drawing import Drawing, Paths, with_opacity
 from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.pictures.view import View
@@ -16,8 +16,7 @@ from mrs_simulator.state.columns import LOAD, ORIENTATION
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
-TRAIL, EDGE, CROSS = 1.6, 1.2, 2.0  # [px] widths of lines
-ARM = 5.0  # [px] half of a target's cross
+TRAIL, PLUMB = 1.6, 1.2  # [px] widths of lines
 SPACING = 3.0  # [px] between points of a trail
 FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
 
@@ -30,7 +29,8 @@ class Scene(NamedTuple):
     shades: Any  # (n, 3) the robots' colours, red, green, blue in 0..1
     trails: Tuple[Any, ...] = ()  # (k, 3) [m] each, one for each robot
     targets: Any = None  # (n, 3) [m]
-    edges: Any = ()  # pairs of rows of robots
+    edges: Any = ()  # (receiver, sender, weight), robots by their rows
+    directed: bool = True  # whether edges show their direction
     obstacles: Tuple[Any, ...] = ()
     numbered: bool = True
     load: Any = (
@@ -110,8 +110,10 @@ def drawn(scene, camera, width, height, palette=LIGHT):
         ground.grid(view, water),
         ground.sky(view),
         robots.shadows(view, team, _above(scene, arms)),
-        _edges(view, scene, place),
+        _plumb_lines(view, scene, place),
+        *_edges(view, scene, team),
         _trails(view, scene),
+        _starts(view, scene),
         _targets(view, scene),
         robots.marks(team),
         robots.things(
@@ -134,11 +136,9 @@ def _trails(view, scene):
     if not sum(held):
         return None
     points, owner = np.concatenate(scene.trails), np.repeat(np.arange(len(held)), held)
-    seen = view.seen(points)
-    ahead = seen[:, 2] > NEAR  # not so of what is not known: NaN
+    screen, ahead = _ahead(view, points)
     # A trail that passes behind the eye is seen in pieces.
     piece = (np.cumsum(~ahead) * len(held) + owner)[ahead]
-    screen = view.screen(seen[ahead])
     if not len(screen):
         return None
     kept, begins = _spaced(screen, piece)
@@ -159,28 +159,51 @@ def _spaced(screen, piece):
     return begins | ends | (np.diff(marks, prepend=marks[0]) > 0), begins
 
 
-def _edges(view, scene, place):
-    """Return the edges of the graph, and plumb lines of the robots in the air."""
+def _plumb_lines(view, scene, place):
+    """Return the plumb lines of the robots in the air."""
     height = 0.5 * np.array([kind.body.height for kind in scene.kinds])
-    middle = place + np.outer(height, (0.0, 0.0, 1.0))
-    rows = np.asarray(list(scene.edges), dtype=int).reshape(-1, 2)
-    aloft = place[:, 2] > FLIES * height
-    plumb = np.stack([place[aloft], place[aloft] * (1.0, 1.0, 0.0)], axis=1)
-    segments = np.concatenate([middle[rows], plumb])
-    opacity = np.repeat([0.75, 0.45], [len(rows), len(plumb)])
-    colours = np.tile(view.palette.lines, (len(segments), 1))
-    return view.lines(segments, with_opacity(colours, opacity), EDGE)
+    aloft = place[place[:, 2] > FLIES * height]
+    segments = np.stack([aloft, aloft * (1.0, 1.0, 0.0)], axis=1)
+    colours = np.tile((*view.palette.lines, 0.45), (len(segments), 1))
+    return view.lines(segments, colours, PLUMB)
+
+
+def _edges(view, scene, team):
+    """Yield the edges of the graph, from the middle of the sender to the body of the receiver."""
+    table = np.array(list(scene.edges), dtype=float).reshape(-1, 3)
+    receiver, sender = table[:, :2].astype(int).T
+    height = 0.5 * np.array([kind.body.height for kind in scene.kinds])
+    middle = scene.place + np.outer(height, (0.0, 0.0, 1.0))
+    segments = np.stack([middle[sender], middle[receiver]], axis=1)
+    known = np.isfinite(segments).all(axis=(1, 2))
+    seen, left = clipped_segments(view.seen(segments[known]))
+    begin, end = np.moveaxis(view.screen(seen), 1, 0)
+    weight, reach = table[known, 2][left], team.size[receiver[known]][left]
+    apart = end - begin
+    length = np.maximum(np.hypot(*apart.T), 1e-9)
+    end = end - apart * np.minimum(reach / length, 1.0)[:, np.newaxis]
+    colour = (*view.palette.lines, 0.75)
+    yield from signs.edges(begin, end, weight, colour, scene.directed)
+
+
+def _starts(view, scene):
+    """Return a dot where each trail begins."""
+    first = [trail[:1] for trail in scene.trails if len(trail)]
+    places = _ahead(view, np.concatenate(first))[0] if first else ()
+    return signs.starts(places, len(scene.kinds)) if len(places) else None
 
 
 def _targets(view, scene):
     """Return a cross at each target, in its robot's colour."""
     if scene.targets is None:
         return None
-    seen = view.seen(scene.targets)
-    ahead = seen[:, 2] > NEAR  # not so where there is no target: NaN
-    if not ahead.any():
-        return None
-    arms = ARM * np.array([[(-1, -1), (1, 1)], [(-1, 1), (1, -1)]], dtype=float)
-    at = view.screen(seen[ahead])[:, np.newaxis, np.newaxis]
-    colours = np.repeat(np.asarray(scene.shades)[ahead], 2, axis=0)
-    return Lines((at + arms).reshape(-1, 2, 2), with_opacity(colours, 1.0), CROSS)
+    places, ahead = _ahead(view, scene.targets)
+    shades = np.asarray(scene.shades)[ahead]
+    return signs.crosses(places, shades, view.palette.text, len(ahead)) if len(places) else None
+
+
+def _ahead(view, points):
+    """Return where those ``points`` (m, 3) [m] that are ahead of the eye are in the picture, and which."""
+    seen = view.seen(points)
+    ahead = seen[:, 2] > NEAR  # not so of what is not known: NaN
+    return view.screen(seen[ahead]), ahead

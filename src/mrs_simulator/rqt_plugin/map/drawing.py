@@ -8,6 +8,7 @@ import numpy as np
 
 from mrs_simulator.pictures.plan import bodies, obstacle_bodies
 from mrs_simulator.pictures.scene import Scene
+from mrs_simulator.pictures.signs import SOME_ROBOTS
 from mrs_simulator.rqt_plugin.map.geometry import (
     ARROW,
     apart,
@@ -16,7 +17,7 @@ from mrs_simulator.rqt_plugin.map.geometry import (
     outlines,
 )
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
-from mrs_simulator.rqt_plugin.map.style import SOME_ROBOTS, faded, mixed, polygon
+from mrs_simulator.rqt_plugin.map.style import faded, mixed, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QFont, QPainterPath, QPen
 from mrs_simulator.rqt_plugin.view.painting import fill

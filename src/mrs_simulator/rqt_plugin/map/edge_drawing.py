@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.map.style import faded, polygon
+from mrs_simulator.pictures import signs
+from mrs_simulator.rqt_plugin.map.style import faded
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QPen
+from mrs_simulator.rqt_plugin.view.painting import draw_layer, fill
 
 SOME_EDGES = 30  # [-] in view; beyond, they are paler
 MANY_EDGES = 400  # [-] in view; beyond, they are drawn without smoothing
 MOST_EDGES = 4000  # [-] drawn
-EDGE_WIDTHS = (0.7, 6.0)  # [px], least and most; one of weight 1 is EDGE_WIDTH wide
-EDGE_WIDTH = 1.4  # [px]
 
 
 def draw_edges(painter, style, segments, directed):
@@ -20,33 +20,20 @@ def draw_edges(painter, style, segments, directed):
     """
     stride = max(1, -(-len(segments.place) // MOST_EDGES))
     _, weight, begin, end = (values[::stride] for values in segments)
-    widths = np.clip(EDGE_WIDTH * weight, *EDGE_WIDTHS)
     many = len(weight) > MANY_EDGES
     shade = style.mixed(0.5 if len(weight) <= SOME_EDGES else 0.3)
+    weight = np.zeros(len(weight)) if many else weight
     painter.setRenderHint(painter.Antialiasing, not many)
-    widths = np.where(many, 1.0, style.unit * widths.round(1))
-    for width in np.unique(widths):
-        chosen = np.hstack([begin, end])[widths == width].tolist()
-        painter.setPen(QPen(shade, float(width)))
-        painter.drawLines([QLineF(*ends) for ends in chosen])
-    if directed:
-        draw_heads(painter, style, begin, end, widths, shade)
+    for layer in signs.edges(begin, end, weight, shade.getRgbF(), directed, style.unit):
+        draw_layer(painter, layer)
     painter.setRenderHint(painter.Antialiasing, True)
     return stride
 
 
-def draw_heads(painter, style, begin, end, widths, shade):
-    apart = end - begin
-    length = np.maximum(np.hypot(*apart.T), 1e-9)
-    size = np.minimum(7.0 * style.unit + 1.5 * widths, 0.6 * length)
-    along = apart * (size / length)[:, np.newaxis]
-    across = 0.42 * along[:, ::-1] * (-1.0, 1.0)
-    # The point is a little beyond the line's blunt end, which it covers.
-    heads = np.stack([end, end - along + across, end - along - across], axis=1)
-    painter.setPen(Qt.NoPen)
-    painter.setBrush(shade)
-    for head in heads:
-        painter.drawConvexPolygon(polygon(head))
+def draw_head(painter, style, begin, end, width):
+    """Draw the head at ``end`` of a highlighted edge from ``begin``, (2,) [px], of ``width`` [px]."""
+    ends = np.array([begin]), np.array([end]), np.array([width])
+    fill(painter, signs.heads(*ends, style.highlight.getRgbF(), style.unit))
 
 
 def draw_hovered(painter, style, area, segment, directed, at, text):
@@ -58,8 +45,7 @@ def draw_hovered(painter, style, area, segment, directed, at, text):
     painter.setPen(QPen(style.highlight, 3.0 * style.unit))
     painter.drawLine(QLineF(*begin, *end))
     if directed:
-        ends = begin[np.newaxis], end[np.newaxis]
-        draw_heads(painter, style, *ends, np.array([3.0 * style.unit]), style.highlight)
+        draw_head(painter, style, begin, end, 3.0 * style.unit)
     if not text:
         return
     metrics, lines, gap = painter.fontMetrics(), text.split("\n"), 0.4 * style.line
@@ -83,8 +69,7 @@ def draw_band(painter, style, begin, end, reached, text):
     pen = QPen(style.highlight, 2.0 * style.unit, Qt.SolidLine if reached else Qt.DashLine)
     painter.setPen(pen)
     painter.drawLine(QLineF(*begin, *end))
-    ends = np.array([begin]), np.array([end])
-    draw_heads(painter, style, *ends, np.array([2.0 * style.unit]), style.highlight)
+    draw_head(painter, style, begin, end, 2.0 * style.unit)
     width = painter.fontMetrics().horizontalAdvance(text) + 0.8 * style.line
     box = QRectF(end[0] + 0.8 * style.line, end[1] - 1.6 * style.line, width, 1.3 * style.line)
     painter.fillRect(box, faded(style.base, 0.9))

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
+from mrs_simulator.pictures import signs
 from mrs_simulator.rqt_plugin.map.last_run import FAINT
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
 from mrs_simulator.rqt_plugin.map.style import faded
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QPainterPath, QPen
-from mrs_simulator.study.draw.figure_parts import START_COLOUR
+from mrs_simulator.rqt_plugin.view.painting import draw_layer, draw_lines, fill
 
 HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
 WIDEST = 0.4, 0.6  # [-] of its width, in one column and in more
@@ -74,24 +74,18 @@ def _draw_sign(painter, style, name, at):
     x, y = at.x(), at.y()
     painter.setBrush(Qt.NoBrush)
     if name == "start":
-        painter.setPen(Qt.NoPen)
-        painter.setBrush(QColor(START_COLOUR))
-        painter.drawEllipse(at, 3.0 * unit, 3.0 * unit)
+        fill(painter, signs.starts(np.array([[x, y]]), 1, unit))
     elif name == "target":
-        painter.setPen(QPen(style.mixed(0.8), 1.8 * unit))
-        size = 4.0 * unit
-        painter.drawLine(QLineF(x - size, y - size, x + size, y + size))
-        painter.drawLine(QLineF(x - size, y + size, x + size, y - size))
+        shade, place = style.mixed(0.8).getRgbF()[:3], np.array([[x, y]])
+        draw_lines(painter, signs.crosses(place, [shade], shade, 1, unit))
     elif name in ("trail", "last run"):
         painter.setPen(QPen(style.mixed(LINES[name]), 1.4 * unit, Qt.DashLine))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))
     elif name in ("directed edge", "edge"):
-        begin, end = np.array([[x - reach, y]]), np.array([[x + reach, y]])
-        painter.setPen(QPen(style.mixed(0.5), EDGE_WIDTH * unit))
-        painter.drawLine(QLineF(x - reach, y, x + reach, y))
-        if name == "directed edge":
-            width = np.array([EDGE_WIDTH * unit])
-            draw_heads(painter, style, begin, end, width, style.mixed(0.5))
+        ends = np.array([[x - reach, y]]), np.array([[x + reach, y]]), [1.0]
+        shade = style.mixed(0.5).getRgbF()
+        for layer in signs.edges(*ends, shade, name == "directed edge", unit):
+            draw_layer(painter, layer)
     elif name == "real":
         painter.setPen(QPen(style.text, 2.0 * unit))
         painter.drawEllipse(at, 0.45 * style.line, 0.45 * style.line)

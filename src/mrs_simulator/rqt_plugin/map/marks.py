@@ -6,11 +6,13 @@ arrays, one point per row, in metres.
 
 import numpy as np
 
+from mrs_simulator.pictures import signs
+from mrs_simulator.pictures.signs import SOME_ROBOTS
 from mrs_simulator.rqt_plugin.map.geometry import ARROW, outlines
-from mrs_simulator.rqt_plugin.map.style import SOME_ROBOTS, by_count, faded, mixed, polygon
-from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, Qt
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
-from mrs_simulator.study.draw.figure_parts import START_COLOUR
+from mrs_simulator.rqt_plugin.view.painting import draw_lines, fill
 
 FLASH = 2.0  # [s], how long a collision's ring is seen
 SHADE = 0.25  # opacity of what lies below a robot in the air
@@ -21,29 +23,18 @@ ALARM = "#e01b24"
 def draw_starts(painter, style, frame, starts, team=None):
     """Draw red points where the robots began, of the size that suits all ``team``, if given."""
     screen = frame.to_screen(starts)
-    radius = by_count(len(starts if team is None else team), 3.0, 2.2, 1.5) * style.unit
-    painter.setPen(Qt.NoPen)
-    painter.setBrush(QColor(START_COLOUR))
-    for x, y in screen[frame.sees(screen, 9.0)].tolist():
-        painter.drawEllipse(QPointF(x, y), radius, radius)
+    count = len(starts if team is None else team)
+    fill(painter, signs.starts(screen[frame.sees(screen, 9.0)], count, style.unit))
 
 
-def draw_targets(painter, style, frame, targets, numbers, sprites):
+def draw_targets(painter, style, frame, targets, numbers):
     """Draw a small cross at each desired position, in the colour of its robot."""
-    screen = frame.to_screen(targets)
-    size = by_count(len(targets), 4.5, 3.0, 2.0) * style.unit
-    rows = np.flatnonzero(frame.sees(screen, size))
-    keys = np.full(len(rows), -1)
+    screen, text = frame.to_screen(targets), np.array(style.text.getRgbF()[:3])
+    rows = np.flatnonzero(frame.sees(screen, style.line))
+    shades = np.tile(text, (len(rows), 1))
     if len(numbers) == len(targets):
-        keys = style.places(np.array(numbers)[rows])
-
-    def paint(brush, key):
-        shade = style.text if key < 0 else mixed(style.shades[key], style.text, 0.25)
-        brush.setPen(QPen(shade, 1.8 * style.unit))
-        brush.drawLine(QLineF(-size, -size, size, size))
-        brush.drawLine(QLineF(-size, size, size, -size))
-
-    sprites.put(painter, (style, size), size + 1.8 * style.unit, screen[rows], keys.tolist(), paint)
+        shades = style.shades_of(np.array(numbers)[rows], True)
+    draw_lines(painter, signs.crosses(screen[rows], shades, text, len(targets), style.unit))
 
 
 def draw_shadows(painter, style, frame, pose, shapes, z):

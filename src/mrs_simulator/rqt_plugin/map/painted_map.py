@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 
+from mrs_simulator.pictures.signs import MANY_ROBOTS
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
@@ -11,7 +12,7 @@ from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
 from mrs_simulator.rqt_plugin.map.scene import MapScene
 from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
-from mrs_simulator.rqt_plugin.map.style import MANY_ROBOTS, MapStyle
+from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -27,8 +28,7 @@ class PaintedMap(MapScene):
         super().__init__(parent)
         self._ground, self._cursor, self._moved = Ground(), None, False
         self.hovered, self.hover_text = None, ""  # the edge under the mouse, and what is said of it
-        self._robots, self._plates, self._crosses = Sprites(), Sprites(), Sprites()
-        self._heights = Sprites()
+        self._robots, self._plates, self._heights = Sprites(), Sprites(), Sprites()
         self.cost = 0.0  # [s] that the last picture took
 
     @guarded
@@ -47,7 +47,7 @@ class PaintedMap(MapScene):
             remark = self._paint_edges(painter, style)
             if self.shown["targets"] and self.targets is not None:
                 team = self.targets, self.team.numbers
-                marks.draw_targets(painter, style, self.frame, *team, self._crosses)
+                marks.draw_targets(painter, style, self.frame, *team)
             self._paint_robots(painter, style)
             if self.shown["legend"]:
                 draw_legend(painter, style, self.frame, self.legend())

@@ -78,7 +78,8 @@ class MapScene(QWidget):
         return self.team_scene()._replace(
             trails=trails_of(team, trails, self._hidden_trails),
             targets=team.in_space(self.targets, self._target_z) if on["targets"] else None,
-            edges=[(rows[i], rows[j]) for i, j, _ in edges if i in rows and j in rows],
+            edges=[(rows[i], rows[j], w) for i, j, w in edges if i in rows and j in rows],
+            directed=self.edges.directed,
             obstacles=self._standing + self._moving,
             numbered=on["numbers"],
         )

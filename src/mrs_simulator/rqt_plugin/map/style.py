@@ -8,9 +8,6 @@ from mrs_simulator.rqt_plugin.qt.QtCore import QPointF
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPolygonF
 from mrs_simulator.rqt_plugin.widgets import colours
 
-SOME_ROBOTS = 30  # [-] in view; beyond, marks and numbers are smaller, robots are sprites
-MANY_ROBOTS = 200  # [-] in view; beyond, marks are smaller still and there are no numbers
-
 
 class MapStyle(NamedTuple):
     """Colours and sizes of a widget."""
@@ -74,8 +71,3 @@ def polygon(points):
     except (AttributeError, TypeError, ValueError):  # bindings that do not show the memory
         result = QPolygonF([QPointF(x, y) for x, y in np.asarray(points).tolist()])
     return result
-
-
-def by_count(count, few, more, many):
-    """Return which of three sizes suits a team of ``count`` robots."""
-    return few if count <= SOME_ROBOTS else more if count <= MANY_ROBOTS else many

@@ -18,14 +18,19 @@ def paint(painter, drawing, plates):
     """Paint ``drawing`` from the painter's origin on; ``plates``: a dict that keeps pictures of texts."""
     painter.fillRect(QRectF(0, 0, drawing.width, drawing.height), _colour((*drawing.ground, 1.0)))
     for layer in drawing.layers:
-        if isinstance(layer, Polygons):
-            fill(painter, layer)
-        elif isinstance(layer, Lines):
-            _draw_lines(painter, layer)
-        elif isinstance(layer, Paths):
-            _draw_paths(painter, layer)
-        else:
-            _write(painter, layer, plates)
+        draw_layer(painter, layer, plates)
+
+
+def draw_layer(painter, layer, plates=None):
+    """Paint one ``layer`` of a drawing; ``plates`` as of :func:`paint`, which texts alone need."""
+    if isinstance(layer, Polygons):
+        fill(painter, layer)
+    elif isinstance(layer, Lines):
+        draw_lines(painter, layer)
+    elif isinstance(layer, Paths):
+        _draw_paths(painter, layer)
+    else:
+        _write(painter, layer, plates)
 
 
 def _colour(parts):
@@ -35,12 +40,13 @@ def _colour(parts):
 def fill(painter, layer, rim=RIM):
     """Paint the ``Polygons``, with lines ``rim`` [px] wide around them."""
     every = polygon(layer.points)
-    ends = np.cumsum(layer.counts)
-    for end, count, colour, code in zip(
-        ends.tolist(), layer.counts.tolist(), _codes(layer.colours), _codes(layer.rims)
-    ):
-        painter.setBrush(_brush(colour))
-        painter.setPen(_pen(code, rim))
+    ends, last = np.cumsum(layer.counts), None
+    looks = zip(_codes(layer.colours), _codes(layer.rims))
+    for end, count, look in zip(ends.tolist(), layer.counts.tolist(), looks):
+        if look != last:
+            painter.setBrush(_brush(look[0]))
+            painter.setPen(_pen(look[1], rim))
+            last = look
         painter.drawConvexPolygon(every.mid(end - count, count))
 
 
@@ -64,7 +70,8 @@ def _pen(code, width):
     return QPen(_decoded(code), width) if code >> 24 else QPen(Qt.NoPen)
 
 
-def _draw_lines(painter, layer):
+def draw_lines(painter, layer):
+    """Paint the ``Lines``, those of one colour together."""
     codes = np.array(_codes(layer.colours))
     order = np.argsort(codes, kind="stable")
     begins = np.flatnonzero(np.r_[True, np.diff(codes[order]) != 0])

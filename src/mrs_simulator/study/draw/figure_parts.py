@@ -5,9 +5,11 @@ import numpy as np
 from matplotlib.cbook import pts_to_poststep
 from matplotlib.cm import viridis
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.colors import ListedColormap, Normalize, to_hex
 
-START_COLOUR = "#d60000"
+from mrs_simulator.pictures.palette import START
+
+START_COLOUR = to_hex(START)
 # Okabe and Ito's colour-blind-safe palette; its yellow is too faint on white, black is for theory.
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
 # Without the pale end, which is too faint on white.

@@ -36,7 +36,8 @@ class Film:
         self._kinds = _kinds(run)
         self._shades = robot_colours(run.robots)[:, :3]
         topology = control.topology if control is not None else None
-        self._edges = [(i - 1, j - 1) for i, j, _ in topology.edges] if topology else []
+        self._edges = [(i - 1, j - 1, w) for i, j, w in topology.edges] if topology else []
+        self._directed = topology.directed if topology else True
         self._places = np.dstack([run.pose[..., :2], run.heights])
 
     def scene(self, row):
@@ -50,6 +51,7 @@ class Film:
             trails=tuple(np.moveaxis(self._places[: row + 1], 1, 0)),
             targets=self._targets(row),
             edges=self._edges,
+            directed=self._directed,
             obstacles=self._obstacles(float(run.time[row])),
             load=None if run.scenario is None else run.scenario.load,
         )

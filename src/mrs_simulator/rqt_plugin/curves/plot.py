@@ -32,6 +32,7 @@ MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # besides colours
 DPI = 96
 POWER = 2.4  # [em] width of a power of ten
+LOW = 9.0  # [em] of height, below which the axes have all of it: no legend, no names
 
 
 @functools.lru_cache(maxsize=8)
@@ -108,6 +109,9 @@ class CurvesPlot:
         """Return the font's size [pixels]."""
         return self._font.get_size() * self.figure.dpi / 72.0
 
+    def _is_low(self):
+        return self.figure.bbox.height < LOW * self.em()
+
     def colour_of(self, curve):
         """Return the colour of ``curve`` as Qt writes it."""
         return to_hex(curve.style["color"])
@@ -131,8 +135,9 @@ class CurvesPlot:
         self.axes = axes = self.figure.add_subplot(1, 1, 1)
         axes.set_facecolor(self._base)
         look = {"fontproperties": self._font, "color": self._text}
-        axes.set_xlabel("time [s]", **look)
-        axes.set_ylabel("{} [{}]".format(quantity.label, quantity.unit), **look)
+        if not self._is_low():
+            axes.set_xlabel("time [s]", **look)
+            axes.set_ylabel("{} [{}]".format(quantity.label, quantity.unit), **look)
         axes.text(0.5, 0.5, message, ha="center", transform=axes.transAxes, **look)
         if self._index == ERROR:
             axes.set_yscale("log")
@@ -167,7 +172,7 @@ class CurvesPlot:
     def _name_curves(self):
         """Identify the lines: by a legend above or beside the axes, or a colour bar."""
         self._bar, self._side, self._top = None, 0.0, 0.8 * self.em()
-        if not self._curves:
+        if not self._curves or self._is_low():
             return
         if self._index == ERROR:
             self._legend({"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": 2}, 0.0, "")
@@ -246,7 +251,9 @@ class CurvesPlot:
         width, height = self.figure.bbox.width, self.figure.bbox.height
         wide = self._widest(axes.yaxis)
         left, right = (2.5 + wide) * em, self._side + (1.2 if self._side else 1.5) * em
-        low, tall = 3.0 * em / height, max(0.1, 1.0 - (3.0 * em + self._top) / height)
+        below = (1.6 if self._is_low() else 3.0) * em
+        above = 0.3 * em if self._is_low() else self._top
+        low, tall = below / height, max(0.1, 1.0 - (below + above) / height)
         axes.set_position([left / width, low, max(0.1, 1.0 - (left + right) / width), tall])
         if self._bar is not None:
             place = 1.0 - (right - 1.2 * em) / width

@@ -354,7 +354,7 @@ def test_a_cleared_history_shows_no_curves(panel):
     settle(panel)
     history.clear()
     settle(panel)
-    assert not lines(panel) and "No samples" in panel._plot.axes.texts[0].get_text()
+    assert not lines(panel) and "No run yet" in panel._plot.axes.texts[0].get_text()
     history.append(snapshot(0.0, n=2))
     settle(panel)
     assert len(lines(panel)) == 2

@@ -36,6 +36,7 @@ FOLLOW = (
     "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
 )
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
+NO_RUN = "No run yet: Run (F5) starts one"
 
 
 class _Canvas(FigureCanvasQTAgg):
@@ -242,7 +243,7 @@ class DrawnCurves(QWidget):
             return self._error_data(numbers, time)
         rows = [row for row, number in enumerate(numbers) if self._chosen(number)]
         if not rows or not len(time):
-            return [], "No robot is selected" if len(time) else "No samples yet"
+            return [], "No robot is selected" if len(time) else NO_RUN
         table = QUANTITIES[self._index()].values(self._history.state)
         styles = self._plot.styles([numbers[row] for row in rows], numbers)
         names = ["Robot {}".format(numbers[row]) for row in rows]
@@ -259,7 +260,7 @@ class DrawnCurves(QWidget):
             when, error = self._theory
             begin = time[self._history.first_row()] if len(time) else 0.0
             found.append(Curve("Theory", when + begin, error, styles[1]))
-        return found, self._error.problem or ("" if found else "No samples yet")
+        return found, self._error.problem or ("" if found else NO_RUN)
 
     def _chosen(self, number):
         return not self._ranges or any(low <= number <= high for low, high in self._ranges)

@@ -9,6 +9,8 @@ from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, 
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
+from mrs_simulator.rqt_plugin.map.robot_selection import RobotSelection
+from mrs_simulator.rqt_plugin.map.ruler import Ruler, draw_selection_band
 from mrs_simulator.rqt_plugin.map.scene import MapScene
 from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
@@ -29,6 +31,7 @@ class PaintedMap(MapScene):
         self._ground, self._cursor, self._moved = Ground(), None, False
         self.hovered, self.hover_text = None, ""  # the edge under the mouse, and what is said of it
         self._robots, self._plates, self._heights = Sprites(), Sprites(), Sprites()
+        self.chosen, self.ruler = RobotSelection(self), Ruler(self.team)
         self.cost = 0.0  # [s] that the last picture took
 
     @guarded
@@ -151,7 +154,7 @@ class PaintedMap(MapScene):
         aloft = np.flatnonzero(z >= ALOFT)
         team, z = (pose[aloft], shapes.of(aloft)), z[aloft]
         marks.draw_shadows(painter, style, frame, *team, z)
-        marks.draw_selection(painter, style, frame, *of({self.selected}))
+        marks.draw_selection(painter, style, frame, *of(self._highlighted()))
         shown = np.zeros(len(self.team.numbers), dtype=bool)
         shown[rows] = True
         team_shapes, scene = self.team.shapes, self.team_scene()
@@ -165,8 +168,15 @@ class PaintedMap(MapScene):
             heights = list(map(drawing.height_text, z))
             drawing.draw_heights(painter, style, frame, *team, heights, self._heights, taken)
 
+    def _highlighted(self):
+        return self.chosen.numbers if self._mode == "poses" else {self.selected}
+
     def _paint_passing(self, painter, style):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
+        if self._mode == "measure":
+            self.ruler.draw(painter, style, self.frame)
+        if self.drag is not None and self.drag.kind == "band":
+            draw_selection_band(painter, style, self.drag.press, self._cursor)
         for age, place in self.flashes.ages():
             marks.draw_flash(painter, style, self.frame, place, age)
         if self.hovered is not None and self.drag is None:

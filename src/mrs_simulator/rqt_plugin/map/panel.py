@@ -22,12 +22,17 @@ from mrs_simulator.rqt_plugin.widgets.overlay import Overlay
 
 MODES = (
     ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
-    ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
+    (
+        "poses",
+        "Poses",
+        "Drag a robot to its initial pose; with Shift, turn it. Its menu aligns and distributes",
+    ),
     (
         "edges",
         "Edges",
         "Drag from robot i to robot j: j receives from i. Click an edge to delete it",
     ),
+    ("measure", "Measure", "Drag from one point or robot to another: distance and direction"),
     ("obstacles", "Obstacles", "Draw, move, resize, turn and delete obstacles.\n" + HELP),
 )
 SHOWN = (

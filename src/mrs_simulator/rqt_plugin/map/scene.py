@@ -23,8 +23,10 @@ from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
 
 HINTS = {
     "look": "",
-    "poses": "Drag a robot to move it, with Shift or the right button to turn it",
+    "poses": "Drag to move (Ctrl: to 0.5 m), with Shift to turn.  Shift-drag on the floor or Ctrl-click to "
+    "select several; right button: arrange",
     "edges": "Drag from robot i to robot j: j receives from i.  Click on an edge to remove it",
+    "measure": "Drag from one point or robot to another; robots are followed",
     "obstacles": "Drag on free floor to draw, on an obstacle to move it, on its marks to resize or turn it",
 }
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
@@ -262,7 +264,7 @@ class MapScene(QWidget):
         self.update()
 
     def set_mode(self, mode):
-        """Choose what the mouse does: ``look``, or edit ``poses``, ``edges`` or ``obstacles``."""
+        """Choose what the mouse does: ``look``, ``measure``, or edit what another mode is called."""
         if mode not in HINTS:
             raise ValueError("mode {!r}: wanted one of {}".format(mode, ", ".join(HINTS)))
         if mode != self._mode:

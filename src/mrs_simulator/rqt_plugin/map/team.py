@@ -1,5 +1,7 @@
 """The robots on the map: state, shapes and overlaps.  No painting."""
 
+import math
+
 import numpy as np
 
 from mrs_simulator.core.spatial import upright
@@ -40,10 +42,15 @@ class MapTeam:
             self.numbers = state.robots
             self._take_shapes()
 
-    def edit(self, row, pose):
-        """Put one robot upright at ``pose`` (3,) [m, m, rad], arms of all robots at home."""
+    def pose_in_degrees(self, row):
+        """Return x [m], y [m] and heading [deg] of the robot in ``row``."""
+        x, y, theta = self.pose[row].tolist()
+        return x, y, math.degrees(math.remainder(theta, 2.0 * math.pi))
+
+    def edit(self, rows, poses_there):
+        """Put one robot, or several, upright at ``poses_there`` (3,) or (k, 3), arms of all at home."""
         poses = self.pose.copy()
-        poses[row] = pose
+        poses[rows] = poses_there
         altitude = self.state.z if self.state.has(Z) else None
         flags = {each.name: self.state[each] for each in (FRESH, REAL) if self.state.has(each)}
         self.show(resting(self.numbers, poses, altitude).replace(**flags))

@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.rqt_plugin.map.arranging import snapped
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import REACH
+from mrs_simulator.rqt_plugin.map.map_menu import open_map_menu
 from mrs_simulator.rqt_plugin.map.obstacle_keys import ObstacleKeys
 from mrs_simulator.rqt_plugin.map.obstacle_shapes import described, obstacle_at
 from mrs_simulator.rqt_plugin.map.painted_map import PaintedMap
@@ -23,7 +25,7 @@ ZOOM = 1.2  # [-] of one notch of the wheel
 class Drag(NamedTuple):
     """What the mouse does while a button is down."""
 
-    kind: str  # pan, move, turn, edge or obstacle
+    kind: str  # pan, move, turn, edge, obstacle, band (a selection) or measure
     row: int  # of the robot pressed, -1 for none
     press: np.ndarray  # (2,) [px]
     grip: np.ndarray  # (2,) [m] from the cursor to the robot
@@ -34,6 +36,8 @@ class MapView(PaintedMap):
     """A map with mouse and keys: signals for edits and clicked robots."""
 
     pose_edited = Signal(int, float, float, float)  # number, x [m], y [m], theta [rad]
+    poses_edited = Signal(object)  # of several robots: the team's (n, 3) [m, m, rad]
+    follow_asked = Signal(int)  # robot whose 3D view is asked for
     edge_added = Signal(int, int)  # i receives from j
     edge_removed = Signal(int, int)
     edge_hovered = Signal(object)  # (i, j, weight) under the mouse while edges are edited, or None
@@ -62,6 +66,9 @@ class MapView(PaintedMap):
         row = self.robot_at(at)
         kind = self._kind_of_drag(event, row)
         grip = self.team.pose[row, :2] - self.frame.to_plane(at) if row >= 0 else np.zeros(2)
+        if kind == "choose":
+            self.chosen.toggle(self.team.numbers[row])
+            return
         self._cursor, self._moved = at, False
         self.drag = Drag(kind, row, at, grip, event.button()) if kind else None
         if kind == "turn":
@@ -69,18 +76,32 @@ class MapView(PaintedMap):
         elif kind == "obstacle":
             other = bool(event.modifiers() & Qt.ShiftModifier)
             self.editor.press(self.frame.to_plane(at), self.reach, other)
+        elif kind == "measure":
+            self.ruler.begin(row, self.frame.to_plane(at))
+            self.update()
 
     def _kind_of_drag(self, event, row):
         """Return what a press on the robot ``row`` begins, None for nothing."""
         button = event.button()
-        if row >= 0 and self._mode == "poses" and button in (Qt.LeftButton, Qt.RightButton):
-            turns = button == Qt.RightButton or event.modifiers() & Qt.ShiftModifier
-            return "turn" if turns else "move"
+        if self._mode == "poses" and button in (Qt.LeftButton, Qt.RightButton):
+            return self._pose_drag(row, button == Qt.RightButton, event.modifiers())
+        if self._mode == "measure" and button == Qt.LeftButton:
+            return "measure"
         if row >= 0 and self._mode == "edges" and button == Qt.LeftButton:
             return "edge"
         if self._mode == "obstacles" and button == Qt.LeftButton:
             return "obstacle"
         return "pan" if button in (Qt.LeftButton, Qt.MiddleButton) else None
+
+    @staticmethod
+    def _pose_drag(row, is_right, held):
+        """Return what a press in the mode for poses begins, with the keys ``held``, None for nothing."""
+        if row < 0:
+            is_band = held & (Qt.ShiftModifier | Qt.ControlModifier)
+            return None if is_right else "band" if is_band else "pan"
+        if is_right or held & Qt.ShiftModifier:
+            return "turn"
+        return "choose" if held & Qt.ControlModifier else "move"
 
     @guarded
     def mouseMoveEvent(self, event):
@@ -88,7 +109,7 @@ class MapView(PaintedMap):
         if self.drag is not None:
             self._moved = self._moved or np.hypot(*(at - self.drag.press)) > CLICK
             if self._moved:
-                self._drag_to(at, bool(event.modifiers() & Qt.ShiftModifier))
+                self._drag_to(at, event.modifiers())
         else:
             self.setCursor(self._cursor_at(at))
             self._hover(at)
@@ -131,19 +152,38 @@ class MapView(PaintedMap):
         """Return a round length [m] of about a pixel, of which what is drawn has whole multiples."""
         return nice_step(1.0 / self.frame.scale)
 
-    def _drag_to(self, at, shifted=False):
+    def _drag_to(self, at, held=Qt.NoModifier):
         kind, row, press, grip, _ = self.drag
         if kind == "pan":
             self.frame.pan(at - self._cursor)
             self.untouched = False
         elif kind == "move":
-            self._edit(row, self.frame.to_plane(at) + grip, self.team.pose[row, 2])
+            self._move(row, self.frame.to_plane(at) + grip, bool(held & Qt.ControlModifier))
         elif kind == "turn":
             toward = self.frame.to_plane(at) - self.team.pose[row, :2]
             if np.hypot(*toward) * self.frame.scale > CLICK:
                 self._edit(row, self.team.pose[row, :2], math.atan2(toward[1], toward[0]))
         elif kind == "obstacle":
-            self.editor.drag(self.frame.to_plane(at), self.grain, shifted)
+            self.editor.drag(self.frame.to_plane(at), self.grain, bool(held & Qt.ShiftModifier))
+        elif kind == "measure":
+            self.ruler.lead(self.robot_at(at), self.frame.to_plane(at))
+        self.update()
+
+    def _move(self, row, position, snaps):
+        """Put the robot in ``row`` to ``position`` (2,) [m]; others selected move along."""
+        pose = np.array([[*position, self.team.pose[row, 2]]])
+        pose = snapped(pose) if snaps else pose
+        rows = self.chosen.rows_with(row)
+        if len(rows) == 1:
+            self._edit(row, pose[0, :2], pose[0, 2])
+        else:
+            self.edit_poses(rows, self.team.pose[rows] + pose - self.team.pose[row])
+
+    def edit_poses(self, rows, poses):
+        """Put the robots in ``rows`` to ``poses`` (k, 3) [m, m, rad], as one edit."""
+        self.team.edit(rows, poses)
+        self._begin_anew = True
+        self.poses_edited.emit(self.team.pose.copy())
         self.update()
 
     def _edit(self, row, position, theta):
@@ -162,6 +202,10 @@ class MapView(PaintedMap):
             self._join(drag.row, self.robot_at(at))
         elif drag.kind == "obstacle":
             self.editor.release()
+        elif drag.kind == "band":
+            self.chosen.take_band(drag.press, at)
+        elif drag.kind == "turn" and drag.button == Qt.RightButton and not self._moved:
+            self.chosen.open_menu(self.team.numbers[drag.row], event.globalPos())
         elif drag.kind == "pan" and drag.button == Qt.LeftButton and not self._moved:
             self._click(drag.row, at)
         self.update()
@@ -210,27 +254,35 @@ class MapView(PaintedMap):
         elif self._escapes(event):
             self.drag = None
             self.editor.cancel()
-        elif self._mode == "obstacles" and self.keys.press(event):
+        elif self._keys is not None and self._keys.press(event):
             event.accept()
         else:
             super().keyPressEvent(event)
 
     def _escapes(self, event):
-        """Return whether the key cancels drawing an edge or an obstacle."""
-        drawing = self.drag is not None and self.drag.kind in ("edge", "obstacle")
+        """Return whether the key cancels drawing an edge, an obstacle or a selection."""
+        drawing = self.drag is not None and self.drag.kind in ("edge", "obstacle", "band")
         return event.key() == Qt.Key_Escape and drawing
 
     def _takes(self, event):
         """Return whether the map handles the key, even if it is a shortcut elsewhere."""
-        return self._escapes(event) or (self._mode == "obstacles" and self.keys.knows(event))
+        return self._escapes(event) or (self._keys is not None and self._keys.knows(event))
+
+    @property
+    def _keys(self):
+        """Return what takes the keys of the mode, None for nothing."""
+        return {"obstacles": self.keys, "poses": self.chosen}.get(self._mode)
 
     @guarded
     def contextMenuEvent(self, event):
-        """Offer what can be done to the obstacle there."""
+        """Offer what can be done there; of a robot in the mode for poses, once it is not turned."""
+        row = self.robot_at(np.array([event.pos().x(), event.pos().y()], dtype=float))
         if self._mode == "obstacles":
             self.keys.open_menu(event)
-        else:
-            super().contextMenuEvent(event)
+        elif self._mode == "poses" and (row < 0 or event.reason() == event.Keyboard):
+            self.chosen.open_menu(0, event.globalPos())
+        elif self._mode != "poses":
+            open_map_menu(self, row, event.globalPos())
 
     def event(self, event):
         """Show a tooltip, or keep a key of the map from being a shortcut."""

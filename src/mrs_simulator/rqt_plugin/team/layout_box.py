@@ -29,11 +29,15 @@ class LayoutBox(QGroupBox):
         self._apply = QPushButton("Apply")
         self._apply.setToolTip("Place all robots in this layout")
         self._apply.clicked.connect(self._on_apply)
+        self._another = QPushButton("Another")
+        self._another.setToolTip("Place all robots in another random layout, with the next seed")
+        self._another.clicked.connect(self._on_another)
         self._form = ParameterForm()
         self._values = {}  # of all layouts seen so far
         column, line = QVBoxLayout(self), QHBoxLayout()
         line.addWidget(self._names, 1)
         line.addWidget(self._apply)
+        line.addWidget(self._another)
         column.addLayout(line)
         column.addWidget(self._form)
         self._on_name()
@@ -46,10 +50,22 @@ class LayoutBox(QGroupBox):
             LAYOUTS[name] + ((SEED,) if name == "random" else ()), self._values
         )
 
+        self._another.setVisible(name == "random")
+
     @guarded
     def _on_apply(self, *_):
-        if not self._form.finish():
-            return
+        if self._form.finish():
+            self._apply_layout()
+
+    @guarded
+    def _on_another(self, *_):
+        if self._form.finish():
+            self._values.update(self._form.values())
+            self._values["seed"] += 1
+            self._form.set_parameters(LAYOUTS["random"] + (SEED,), self._values)
+            self._apply_layout()
+
+    def _apply_layout(self):
         try:
             poses = make_layout(self._names.currentText(), self._count(), **self._form.values())
         except ValueError as error:

@@ -201,6 +201,10 @@ class TeamPanel(QWidget):
             raise ValueError("robot{}: wanted 1 to {}".format(number, len(self._model.poses)))
         poses = self._model.poses
         poses[number - 1] = x, y, theta
+        self.set_poses(poses)
+
+    def set_poses(self, poses):
+        """Move all robots to ``poses`` (n, 3) [m, m, rad]; no signal."""
         pairs = self._overlapping_pairs(poses)
         self._model.set_team(poses, self._model.kinds, pairs)
         self._report_overlaps(pairs)

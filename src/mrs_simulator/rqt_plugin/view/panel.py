@@ -98,6 +98,11 @@ class ViewPanel(QWidget):
         self.canvas.follow(self.followed.currentData())
         self.canvas.fit()
 
+    def follow(self, number):
+        """Keep the robot ``number`` in the centre."""
+        self.followed.setCurrentIndex(max(0, self.followed.findData(number)))
+        self.canvas.follow(self.followed.currentData())
+
     @guarded
     def _on_follow(self, *_):
         self.canvas.follow(self.followed.currentData())

@@ -124,6 +124,7 @@ class StudyPanels(QWidget):
     def _build_results(self):
         self.curves = CurvesPanel()
         self.view = ViewPanel(self.map.scene, lambda: self.map.revision)
+        self.map.follow_asked.connect(self._on_follow)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
         self.messages = MessageList()
@@ -142,6 +143,11 @@ class StudyPanels(QWidget):
             self.results_tabs.addTab(widget, title)
         self.results_tabs.setMovable(True)
         return self.results_tabs
+
+    @guarded
+    def _on_follow(self, number):
+        self.bring_forward(self.view.objectName())
+        self.view.follow(number)
 
     def _build_status(self):
         row = FlowLayout()

@@ -22,6 +22,7 @@ class ScenarioEditing:
         panels.protocol.parameters_changed.connect(self._on_parameters)
         panels.topology.topology_changed.connect(self._on_topology)
         panels.map.pose_edited.connect(self._on_pose)
+        panels.map.poses_edited.connect(self._on_poses)
         panels.map.edge_added.connect(self._on_edge_added)
         panels.map.edge_removed.connect(self._on_edge_removed)
         for asked in (panels.map.undo_asked, panels.bar.undo_asked):
@@ -106,6 +107,11 @@ class ScenarioEditing:
     @guarded
     def _on_pose(self, number, x, y, theta):
         self._panels.team.set_pose(number, x, y, theta)
+        self._change_team()
+
+    @guarded
+    def _on_poses(self, poses):
+        self._panels.team.set_poses(poses)
         self._change_team()
 
     def _change_team(self):

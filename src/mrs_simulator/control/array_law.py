@@ -23,11 +23,8 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 
-ARCS = (
-    "first",
-    "second",
-    "weight",
-)  # of the topology: receiver, sender and weight of each arc, (m,) each
+# of the topology: receiver, sender and weight of each arc, (m,) each
+ARCS = ("first", "second", "weight")
 
 
 def array_law(function):

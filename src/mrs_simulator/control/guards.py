@@ -20,13 +20,11 @@ PLACE = [0, 1, 3]  # columns of x, y and the height
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
-LEAST_COMMAND = np.array(
-    [0.05, 0.1]
-)  # [m/s, rad/s] from which on a robot counts as commanded to move
+# [m/s, rad/s] from which on a robot counts as commanded to move
+LEAST_COMMAND = np.array([0.05, 0.1])
 LEAST_MOTION = 0.2  # [-] of its command that a moving robot reaches at least, its ramps included
-FROZEN_AFTER = np.array(
-    [0.02, math.radians(2.0)]
-)  # [m, rad] that it was commanded to move meanwhile
+# [m, rad] that it was commanded to move meanwhile
+FROZEN_AFTER = np.array([0.02, math.radians(2.0)])
 COMMAND_UNIT = np.array([1e-3, math.radians(1.0)])  # [m/s, rad/s] to which drivers round commands
 SMOOTHING = 0.5  # [s] over which its measured speed is averaged
 LONGEST_GAP = 1.0  # [s] between two poses, after which the motion between them is unknown

@@ -30,9 +30,8 @@ class LawHooks:
     """
 
     PARAMETERS = (HAND_LENGTH,)
-    DIMENSIONS = (
-        2,
-    )  # of the points that the law is written for: (2, 3) for laws of points anywhere
+    # of the points that the law is written for: (2, 3) for laws of points anywhere
+    DIMENSIONS = (2,)
     SENSORS = ()  # names of the sensors that every robot must have
     LOCAL_FRAMES = False
     MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on

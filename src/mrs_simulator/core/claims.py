@@ -8,11 +8,8 @@ from typing import Any, Callable, NamedTuple
 
 import numpy as np
 
-RATE_WINDOWS = (
-    1e-3,
-    1e-2,
-    1e-1,
-)  # [-] of the start, below which a rate is looked for: first the last
+# [-] of the start, below which a rate is looked for: first the last
+RATE_WINDOWS = (1e-3, 1e-2, 1e-1)
 RATE_FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
 NEGLIGIBLE = 1e-9  # [m], or the quantity's unit: from less at the start nothing decays but rounding
 IN_PART = "with forces, robots in water and air follow small velocities in part only"

@@ -14,10 +14,8 @@ PREAMBLE = (
 )  # lines of numba's messages before the cause
 
 LOADING = 0.6  # [s] that numba and a kept kernel take to load, about
-SAVED = (
-    30e-6,
-    20e-9,
-)  # [s] that a step takes less when it is compiled: of each step, of each of its robots
+# [s] that a step takes less when it is compiled: of each step, of each of its robots
+SAVED = (30e-6, 20e-9)
 WORTH = 5000  # [-] calls of 0.1 ms that take as long as loading
 HINT = "numba is not installed: this run takes some {:.0f} s longer, wanted `pip install numba`"
 

@@ -15,9 +15,8 @@ from mrs_simulator.core.kinematics import cos_sin
 class Spatial(NamedTuple):
     """What belongs to poses and twists (..., n, 3) of the same robots."""
 
-    z: (
-        np.ndarray
-    )  # (..., n) [m] height of the robots' reference above the ground, 0 when they stand on it
+    # (..., n) [m] height of the robots' reference above the ground, 0 when they stand on it
+    z: np.ndarray
     orientation: np.ndarray  # (..., n, 4), unit quaternions of the body frames in the common frame
     twist: np.ndarray  # (..., n, 3) vz [m/s], wx, wy [rad/s], body frame
 

@@ -8,10 +8,8 @@ from mrs_simulator.pictures.camera import clipped_polygon
 from mrs_simulator.pictures.drawing import Polygons, with_opacity
 from mrs_simulator.scenario.surroundings.obstacles import corners
 
-REACH, PIECES = (
-    30,
-    20,
-)  # [-] grid lines to each side of the target, and parts of each line to fade it
+# [-] grid lines to each side of the target, and parts of each line to fade it
+REACH, PIECES = 30, 20
 WIDTH = 55.0  # [px] between two lines at the target, at least
 STRENGTH, ON_WATER = 0.45, 0.55  # [-] opacity of the nearest lines
 STEPS = 6  # [-] of fading: lines of one colour are painted together

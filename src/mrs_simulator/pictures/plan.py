@@ -23,10 +23,8 @@ from mrs_simulator.pictures.solids import TOUCH, arrow_on, kind_parts, own_share
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, corners, is_flat
 from mrs_simulator.state.columns import FRESH
 
-RIM, PART = (
-    0.35,
-    0.25,
-)  # [-] share of the text's colour in lines around parts, and in a robot's other parts
+# [-] share of the text's colour in lines around parts, and in a robot's other parts
+RIM, PART = 0.35, 0.25
 SEEN_THROUGH = 0.55  # [-] opacity of a load: robots below it are seen
 PALE = 0.4  # [-] opacity of robots without recent data
 ON_DARK, ON_LIGHT = (0.95, 0.95, 0.95), (0.12, 0.12, 0.12)  # colours of arrows

@@ -10,10 +10,8 @@ MANY_ROBOTS = 200  # [-] beyond, signs are smaller still and there are no number
 CORNERS = 12  # [-] of dots
 EDGE_WIDTHS = (0.7, 6.0)  # [px], least and most; one of weight 1 is EDGE_WIDTH wide
 EDGE_WIDTH = 1.4  # [px]
-HEAD, WIDER = (
-    7.0,
-    1.5,
-)  # [px] length of an edge's head, and what it has more of its line's width [-]
+# [px] length of an edge's head, and what it has more of its line's width [-]
+HEAD, WIDER = 7.0, 1.5
 CROSS_WIDTH = 1.8  # [px]
 TOWARD_TEXT = 0.25  # [-] of crosses: share of the text's colour, to stand out from trails
 

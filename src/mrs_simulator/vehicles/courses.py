@@ -27,9 +27,8 @@ class Course(NamedTuple):
 
     time: np.ndarray  # (k + 1,) [s]
     place: np.ndarray  # (k + 1, n, d) [m]
-    aside: (
-        np.ndarray
-    )  # (k, n) [m] by which the model is beside the straight line of each interval, at most
+    # (k, n) [m] by which the model is beside the straight line of each interval, at most
+    aside: np.ndarray
     speed: np.ndarray  # (n,) [m/s] while the command is held, at most
 
 

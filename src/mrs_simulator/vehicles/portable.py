@@ -21,11 +21,8 @@ from mrs_simulator.vehicles.registry import (
 from mrs_simulator.vehicles.shape import GREY, MOST_PARTS, Part
 from mrs_simulator.vehicles.team import Team
 
-LEFT_OUT = (
-    "model",
-    "sources",
-    "notes",
-)  # of a published kind: paths, and what receivers do not need
+# of a published kind: paths, and what receivers do not need
+LEFT_OUT = ("model", "sources", "notes")
 
 
 def portable(scenario):

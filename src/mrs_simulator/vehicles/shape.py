@@ -16,9 +16,8 @@ class Part(NamedTuple):
     """A solid, placed in base_link."""
 
     form: str  # of ``FORMS``
-    size: Tuple[
-        float, ...
-    ]  # [m] box: length, width, height; cylinder: radius, length; sphere: radius
+    # [m] box: length, width, height; cylinder: radius, length; sphere: radius
+    size: Tuple[float, ...]
     place: Tuple[float, ...] = (0.0,) * 6  # [m, rad] x, y, z of the middle, roll, pitch, yaw
     colour: Tuple[float, ...] = GREY
 

@@ -108,9 +108,8 @@ def _judged_by_theory(run, control, foretold, derives):
         theory = theory._replace(points=Ideal(control, run))
     theory = _joined(theory, changed)
     if derived is not None:
-        theory = theory._replace(
-            led=None
-        )  # collisions that the law itself leads to are no less wrong
+        # collisions that the law itself leads to are no less wrong
+        theory = theory._replace(led=None)
     with _keeping(faults, "measures"):
         measures, wrong = measures_of(call(control.measures, run))
         faults += _faults("measures", wrong)
@@ -204,9 +203,8 @@ def _unfiltered(control, run, acted, faults):
     There the law alone moves the robots.  What it remembers then is not known, so that of a law with a
     memory, or where nothing comes after, no claim applies.
     """
-    begin = command_after(
-        run.time, acted + 2, control.period
-    )  # it may have acted between two samples
+    # it may have acted between two samples
+    begin = command_after(run.time, acted + 2, control.period)
     if not control.MEMORYLESS or control.links.faults or begin + FEWEST_SAMPLES > len(run.time):
         claims, theory = _claims(control, run, faults)
         return claims, theory._replace(ruled_out=FILTERED)

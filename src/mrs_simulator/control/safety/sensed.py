@@ -93,9 +93,8 @@ def _contradicted(reading, place):
     cos, sin = cos_sin(reading.places[:, 2])
     ahead = way[..., 0] * cos + way[..., 1] * sin
     inside = ahead > far * np.cos(reading.cone)
-    ranges = np.where(
-        np.isnan(reading.ranges), 0.0, reading.ranges
-    )  # a lost range excludes nothing
+    # a lost range excludes nothing
+    ranges = np.where(np.isnan(reading.ranges), 0.0, reading.ranges)
     return (inside & (far < np.minimum(ranges, reading.most) - CONTRADICTED)).any(axis=2)
 
 

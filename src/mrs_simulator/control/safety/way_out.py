@@ -19,13 +19,8 @@ EXACT = 1e-3  # [m] by which robots may be beside their courses, whatever they d
 SOON = 0.1  # [s] in which it is forgotten at the soonest how fast robots were
 AHEAD = 0.3  # [s] by which robots react to each other sooner than they have to
 FASTEST = 100.0  # [m/s] of robots without limits, afterwards
-SHARES = (
-    1.0,
-    0.5,
-    0.2,
-    0.05,
-    0.0,
-)  # [-] of its speed at which a robot is let go, one after the other
+# [-] of its speed at which a robot is let go, one after the other
+SHARES = (1.0, 0.5, 0.2, 0.05, 0.0)
 STEEPEST = 4.0  # [-] of a share over the next one, but for the last
 BRAKES = len(SHARES)  # what comes after these: it does not even turn
 

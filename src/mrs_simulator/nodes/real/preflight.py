@@ -172,9 +172,8 @@ def main(argv=None):
         measured = read_measured(arguments.measured) if arguments.measured else None
         if not rosgraph.is_master_online():
             raise OSError("no ROS master at {}".format(os.environ.get("ROS_MASTER_URI", "")))
-        logging.disable(
-            logging.INFO
-        )  # rospy's, which some systems show among the lines of the table
+        # rospy's, which some systems show among the lines of the table
+        logging.disable(logging.INFO)
         start_node("preflight")
         checks = _checked(scenario, margins, measured)
         if arguments.json:

@@ -131,9 +131,8 @@ class Exploration(PioneerControl):
         heads = np.einsum("ijk,ik->ij", way, u) > 0.0
         meets = near & heads
         after = np.tril(meets, -1)
-        first = np.where(
-            after.any(axis=1), after.argmax(axis=1), len(hand)
-        )  # the lowest it waits for
+        # the lowest it waits for
+        first = np.where(after.any(axis=1), after.argmax(axis=1), len(hand))
         behind = np.triu(meets, 1) & (first < np.arange(len(hand))[:, np.newaxis])
         return (after | behind).any(axis=1)
 

@@ -8,10 +8,8 @@ import numpy as np
 from mrs_simulator.core.kinematics import direction_of
 from mrs_simulator.protocols.published.laws import Published
 
-EPSILON, BUMP = (
-    0.1,
-    0.2,
-)  # of the sigma-norm [1/m^2] and of the bump function, in Olfati-Saber, 2006
+# of the sigma-norm [1/m^2] and of the bump function, in Olfati-Saber, 2006
+EPSILON, BUMP = 0.1, 0.2
 
 
 class Accelerated(Published):

@@ -169,9 +169,8 @@ class Marching(Tracking, Shaped):
         matrix = self.error_matrix()
         if self.gain <= 0.0 or not self.topology.has_spanning_tree() or matrix is None:
             return None
-        wanted = (
-            type(self).published(self).wanted
-        )  # of the whole march, also of one that is resumed
+        # of the whole march, also of one that is resumed
+        wanted = type(self).published(self).wanted
 
         lag = self._behind(0.0 * self.places())
 

@@ -34,9 +34,8 @@ def _look(simulated):
             if known is not None and pid != known:
                 register_again()
                 if simulated and not rospy.has_param(SIMULATED_TIME):
-                    rospy.set_param(
-                        SIMULATED_TIME, True
-                    )  # or new nodes would go by the wall's time
+                    # or new nodes would go by the wall's time
+                    rospy.set_param(SIMULATED_TIME, True)
                 rospy.logwarn(
                     "%s: the ROS master was restarted, registered again", master.caller_id
                 )

@@ -78,9 +78,8 @@ class Inbox:
         self._stamp = np.full(n, NEVER)  # [ns]
         self._true = np.full(n, NEVER)  # [ns] the same by this host's clock
         self._body = np.zeros((n, 3))  # [m/s, m/s, rad/s]
-        self._lift = np.zeros(
-            (n, 8)
-        )  # z [m], the quaternion's x, y, z, w, and vz [m/s], wx, wy [rad/s]
+        # z [m], the quaternion's x, y, z, w, and vz [m/s], wx, wy [rad/s]
+        self._lift = np.zeros((n, 8))
         self._lift[:, 4] = 1.0
         self._z = self._lift[:, 0]  # a view
         self._ages = np.zeros(n, dtype=np.int64)  # [ns] up to which the newest stamps may be older

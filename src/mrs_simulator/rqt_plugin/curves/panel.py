@@ -25,10 +25,8 @@ class CurvesPanel(DrawnCurves):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._grip, self._pointer = None, None  # [pixels] where the mouse drags, and points
-        self._pressed, self.moment = (
-            None,
-            None,
-        )  # [pixels] of a click; [s] of the line, None for none
+        # [pixels] of a click; [s] of the line, None for none
+        self._pressed, self.moment = None, None
         self._label, self._dot = QLabel(self._canvas), QLabel(self._canvas)
         self._line = QFrame(self._canvas)
         for sign in (self._label, self._dot, self._line):

@@ -67,9 +67,8 @@ class PaintedMap(MapScene):
     def _paint_ground(self, painter, style):
         """Paint the ground with the trails."""
         trails = self.trails if self.shown["trails"] else None
-        now = (
-            None if self._begin_anew else self.team.pose[:, :2]
-        )  # robots may have been put elsewhere
+        # robots may have been put elsewhere
+        now = None if self._begin_anew else self.team.pose[:, :2]
         obstacles, numbers = self._standing, self.team.numbers
         if self.editor.draft is not None:  # which lies on top
             obstacles = self._undrafted(obstacles)

@@ -10,10 +10,8 @@ from mrs_simulator.ros.message_forms.defined_types import DiagnosticArray
 
 TOPIC = "/diagnostics"
 LEVELS = ("good", "warning", "error", "stale")  # of diagnostic_msgs, by number
-OLD, FORGOTTEN = (
-    5.0,
-    60.0,
-)  # [s] of wall time: without a message for so long a part is stale, and dropped
+# [s] of wall time: without a message for so long a part is stale, and dropped
+OLD, FORGOTTEN = 5.0, 60.0
 MOST_PARTS = 500  # [-] kept
 
 

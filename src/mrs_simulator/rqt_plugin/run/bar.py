@@ -100,10 +100,8 @@ class RunBar(QWidget):
         row.setContentsMargins(2, 2, 2, 2)
         self._buttons, self._tips, self._entries = {}, {"speed": SPEED_TIP}, {}
         self._keys = {}
-        self._singly, self._absent = (
-            False,
-            set(),
-        )  # whether SINGLE have buttons; what does not exist
+        # whether SINGLE have buttons; what does not exist
+        self._singly, self._absent = False, set()
         for name, text, key, meaning in ACTIONS:
             if name in BREAKS:
                 row.add_gap(_line())

@@ -19,10 +19,8 @@ OWN = {
     "rosbag": ("bag", "A rosbag of the run, in ~/mrs_runs, as Record bag starts it"),
 }
 TAKEN = {*OWN, "preflight", "report"}  # names of programs of the GUI's
-ELSEWHERE = {
-    "stage": "stage",
-    "control": "control",
-}  # published by one that was started elsewhere
+# published by one that was started elsewhere
+ELSEWHERE = {"stage": "stage", "control": "control"}
 MOST_KEPT, LONGEST = 50, 2000  # [-] commands that are restored, and characters of each
 SIGNALS = {-2: "interrupted", -9: "killed", -15: "terminated"}
 

@@ -75,10 +75,8 @@ class Thumbnails:
         look = entry.time, width, height, ground.rgb()
         kept, image = self._images.get(entry.path, (None, None))
         if kept != look:
-            self._images[entry.path] = (
-                look,
-                image,
-            )  # the one before stays until the new one is there
+            # the one before stays until the new one is there
+            self._images[entry.path] = (look, image)
             self._wanted.put((entry.path, entry.data, look))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, daemon=True)

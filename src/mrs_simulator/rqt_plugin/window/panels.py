@@ -52,9 +52,8 @@ class StudyPanels(QWidget):
         self.setLocale(QLocale.c())  # numbers as files have them, in any country
         self.bar, self.banners = RunBar(self), Banners(self)
         self.right, self.across = QSplitter(Qt.Vertical), QSplitter(Qt.Horizontal)
-        self.views = QSplitter(
-            Qt.Horizontal
-        )  # of the team: the map, and the 3D view where there is room
+        # of the team: the map, and the 3D view where there is room
+        self.views = QSplitter(Qt.Horizontal)
         self.views.addWidget(self._build_map())
         self.right.addWidget(self.views)
         self.right.addWidget(self._build_results())

@@ -40,9 +40,8 @@ class Disturbances(NamedTuple):
 
     current: np.ndarray  # (2,) [m/s], common frame
     wind: np.ndarray  # (m, 2) [m/s], common frame
-    waves: (
-        np.ndarray
-    )  # (m, 2) [m], aside and about the vertical, standard deviation ``wave_height``
+    # (m, 2) [m], aside and about the vertical, standard deviation ``wave_height``
+    waves: np.ndarray
 
 
 def _velocity(name, fastest):

@@ -8,14 +8,8 @@ from mrs_simulator.scenario.reading import Section
 from mrs_simulator.scenario.team import odometry_errors
 
 ODOMETRY, EKF = "odometry", "ekf"
-ALPHA = (
-    0.01,
-    0.0,
-    0.0,
-    0.01,
-    0.001,
-    0.001,
-)  # of the velocity motion model, by default
+# of the velocity motion model, by default
+ALPHA = (0.01, 0.0, 0.0, 0.01, 0.001, 0.001)
 
 
 # Without ``alpha`` the noise is the scenario's.

@@ -36,9 +36,8 @@ class CameraReading(NamedTuple):
 
     stamp: float  # [s]
     image: np.ndarray  # (..., height, width, 3) uint8, red, green, blue
-    depth: (
-        np.ndarray
-    )  # (..., height, width) [m] along the camera's axis, inf where nothing is, nan: unknown
+    # (..., height, width) [m] along the camera's axis, inf where nothing is, nan: unknown
+    depth: np.ndarray
     intrinsics: Tuple[float, ...]  # fx, fy, cx, cy [pixels]
 
     PER_ROBOT = ("image", "depth")

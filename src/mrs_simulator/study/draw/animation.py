@@ -134,9 +134,8 @@ class Stage:
         self.figure.set_dpi(DPI)
         self.axes = self.figure.add_subplot(1, 1, 1)
         low, high, self.carts = draw_ground(self.axes, run)
-        self.begun = run.meta.get(
-            "scene_time", 0.0
-        )  # [s] on the tracks of obstacles, as the run begins
+        # [s] on the tracks of obstacles, as the run begins
+        self.begun = run.meta.get("scene_time", 0.0)
         self.length = ENLARGED * robot_length(run.pose[-1, :, :2], np.max(high - low))
         colours = self.colours = robot_colours(run.robots)
         self._edges = LineCollection([], colors="#b8c4d0", linewidths=0.8, zorder=1.5)

@@ -67,9 +67,8 @@ class Film:
         hand, found = self.run.hand[row], None
         if self._control is not None:
             hand = self.run.in_space(self._control.dimension).hand[row]
-            self._control.time = float(
-                self.run.time[row] - self.run.time[0]
-            )  # of a team that marches
+            # of a team that marches
+            self._control.time = float(self.run.time[row] - self.run.time[0])
             found = self._control.targets(hand)
         if found is None or np.shape(found) != hand.shape:
             return None

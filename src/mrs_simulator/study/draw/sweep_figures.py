@@ -26,10 +26,8 @@ CELL, NOTHING = (
     "0.35",
     "#dddddd",
 )  # colours of the marks in the legend, and of cells without a value
-SPREAD, LEAST_SHARE = (
-    1e3,
-    1e-9,
-)  # [-] of values that ask for a logarithmic scale; of its least value
+# [-] of values that ask for a logarithmic scale; of its least value
+SPREAD, LEAST_SHARE = 1e3, 1e-9
 NEITHER = 1e-6  # [1/s] within which nothing decays or grows: the threshold itself
 ROUNDING = 1e-3  # [-] of a value, below which differences are not shown
 

@@ -18,14 +18,8 @@ from mrs_simulator.vehicles.registry import files_of_kinds
 from mrs_simulator.verdict.verdict import versions
 
 PACKAGE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-OTHERS = (
-    "msg",
-    "nodes",
-    "pictures",
-    "ros",
-    "rqt_plugin",
-    "scripts",
-)  # rooms that neither run nor judge
+# rooms that neither run nor judge
+OTHERS = ("msg", "nodes", "pictures", "ros", "rqt_plugin", "scripts")
 COMPUTING = ("mrs_simulator", "numpy", "pybullet")  # of ``versions``: what numbers depend on
 CACHE = "__pycache__"
 INSTALLED = ("site-packages", "dist-packages")

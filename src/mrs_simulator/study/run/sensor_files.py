@@ -183,9 +183,8 @@ class SensorRecorder:
         """Read and write what is due at the world's ``step``."""
         self._suite.update(step, world.sensed)
         for sensor in self._suite.active:
-            reading = (
-                sensor.newest
-            )  # also what is known later: its stamp is that of the measurement
+            # also what is known later: its stamp is that of the measurement
+            reading = sensor.newest
             if reading is not None and reading is not self._written.get(sensor):
                 self._written[sensor] = reading
                 for k, row in enumerate(sensor.rows.tolist()):

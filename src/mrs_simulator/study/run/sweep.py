@@ -209,10 +209,8 @@ def _refuse_shared_mistake(runs):
     raise SweepError("no run can begin: {}".format(refused))
 
 
-UNTESTED = {
-    SELF_CONSISTENT: "self-consistent",
-    NOT_JUDGED: "not judged",
-}  # no theorem was stated and tested
+# no theorem was stated and tested
+UNTESTED = {SELF_CONSISTENT: "self-consistent", NOT_JUDGED: "not judged"}
 
 
 def summary(verdicts, drawn=False):

@@ -44,9 +44,8 @@ class QuadrotorState(NamedTuple):
 
     flight: Flight
     aim: np.ndarray  # (m,) [rad], heading that the controllers aim at
-    held: (
-        np.ndarray
-    )  # (m, 3) [m], the place held while no horizontal, or vertical, velocity is commanded
+    # (m, 3) [m], the place held while no horizontal, or vertical, velocity is commanded
+    held: np.ndarray
     against: np.ndarray  # (m, 2) [m/s], c: the wind's drift to cancel where a place is held
     working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that work; None: all
 

@@ -15,7 +15,6 @@ class Stand(NamedTuple):
     along: np.ndarray  # (m, w, 3)
     across: np.ndarray  # (m, w, 3)
     weight: np.ndarray  # (m, w) [-], share of the robot's weight; times friction the greatest force
-    push: (
-        np.ndarray
-    )  # (m, w) [N], greatest force of the motor at the rim, 0 for a wheel that runs freely
+    # (m, w) [N], greatest force of the motor at the rim, 0 for a wheel that runs freely
+    push: np.ndarray
     ahead: np.ndarray  # (m,) [m] of the centre of mass from the centre

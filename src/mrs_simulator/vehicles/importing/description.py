@@ -18,9 +18,8 @@ class Shape(NamedTuple):
     """A body of a visual or a collision, placed in its link."""
 
     form: str  # box, cylinder, sphere or mesh
-    size: (
-        np.ndarray
-    )  # [m] box (3,), cylinder radius and length (2,), sphere radius (1,); mesh: scale
+    # [m] box (3,), cylinder radius and length (2,), sphere radius (1,); mesh: scale
+    size: np.ndarray
     transform: np.ndarray  # (4, 4) into the link's frame
     colour: Tuple[float, ...] = GREY
     mesh: str = ""  # the file as the description names it

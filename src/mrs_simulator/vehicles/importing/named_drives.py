@@ -219,9 +219,8 @@ def car(description, packages, given, where):
         {"linear.x": _rim(description, rear, parts.radius)}, given, where, description.where
     )
     content = dict(parts.content, drive="car", wheels=numbers, limits=limits)
-    add_torque(
-        content, 2, given, description.where, notes
-    )  # of one motor, under half of the weight
+    # of one motor, under half of the weight
+    add_torque(content, 2, given, description.where, notes)
     return content, notes
 
 

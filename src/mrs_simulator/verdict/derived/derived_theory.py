@@ -15,13 +15,8 @@ from mrs_simulator.protocols.published.laws import Published
 from mrs_simulator.verdict.derived.asking import ideal_scenario, velocities_at
 from mrs_simulator.verdict.derived.law_probe import LINEAR, Probe, linear_fit
 
-STATES = (
-    "claims",
-    "claims_over_links",
-    "published",
-    "energy",
-    "prediction",
-)  # methods by which a law states theory
+# methods by which a law states theory
+STATES = ("claims", "claims_over_links", "published", "energy", "prediction")
 MOST_ROBOTS = 60  # [-] whose law is asked
 MOST_COMPARED = 20  # [-] samples of a run, at which the law must be as at the probed states
 NONE_DERIVED = "no linear theory is derived from the law, {}"

@@ -82,9 +82,8 @@ def beyond_edges(points, corners):
 
 def clearance(a, b):
     """Return the distance (m,) [m] of two prisms, below 0 by how deep they are in each other."""
-    beyond = np.maximum(
-        beyond_edges(a.corners, b.corners), beyond_edges(b.corners, a.corners)
-    )  # corners go round anticlockwise
+    # corners go round anticlockwise
+    beyond = np.maximum(beyond_edges(a.corners, b.corners), beyond_edges(b.corners, a.corners))
     far = np.minimum(to_segments(a.corners, b.corners), to_segments(b.corners, a.corners))
     points = a.corners.shape[1] == b.corners.shape[1] == 1
     across = np.where((beyond > 0.0) | points, far, beyond) - a.radius - b.radius

@@ -10,10 +10,8 @@ from mrs_simulator.vehicles.shape import outline_parts
 # masks of a pair, or for one of them.
 MOVING, FIXED, GROUND_ALONE, ROLLING = 1, 2, 64, 128  # the first two are pybullet's own
 GROUND = FIXED | GROUND_ALONE, -1 ^ FIXED
-OTHERS = {
-    True: (MOVING, -1 ^ ROLLING),
-    False: (FIXED, -1 ^ FIXED ^ ROLLING),
-}  # by whether they move
+# by whether they move
+OTHERS = {True: (MOVING, -1 ^ ROLLING), False: (FIXED, -1 ^ FIXED ^ ROLLING)}
 WIDE = 2e-3  # [m] beyond the outline, of boxes that pybullet makes 1 mm too large
 ABOVE = 0.02  # [m] the ground, up to which a wheel stands there
 OBSTACLE_COLOUR = [0.55, 0.55, 0.6, 1.0]  # [-] red, green, blue, opacity

@@ -96,10 +96,8 @@ class KinematicMotion:
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float, order="F")
-        self._twist, self._mirrored_twist = (
-            None,
-            np.zeros((len(self._mirrored), 3)),
-        )  # as ``place`` set them
+        # as ``place`` set them
+        self._twist, self._mirrored_twist = None, np.zeros((len(self._mirrored), 3))
         # What ramps, group after group: velocities along the team's axes, or joints instead.
         self._inner = np.zeros((self.team.n, len(self.team.axes)), order="F")
         self.wheel_travel = [  # how far the wheels of each group have rolled, (m, encoders) [m]

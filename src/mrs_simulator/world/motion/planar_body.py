@@ -31,9 +31,8 @@ class Footing(NamedTuple):
     along: np.ndarray
     across: np.ndarray
     grip: np.ndarray  # (n, w) [N], mu N: the greatest force of the contact
-    push: (
-        np.ndarray
-    )  # (n, w) [N], greatest force of the motor at the rim, 0 for a wheel that runs freely
+    # (n, w) [N], greatest force of the motor at the rim, 0 for a wheel that runs freely
+    push: np.ndarray
 
 
 def about(rows, ahead):

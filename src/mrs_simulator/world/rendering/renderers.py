@@ -22,9 +22,8 @@ def chosen_renderer(client):
     if not cards:
         LOG.info(NO_CARD, ", ".join(DEVICES))
         return SOFTWARE
-    plugin = importlib.util.find_spec(
-        "eglRenderer"
-    )  # comes with pybullet, where it was built for it
+    # comes with pybullet, where it was built for it
+    plugin = importlib.util.find_spec("eglRenderer")
     if plugin is None:
         LOG.warning(FAILED, cards[0], "pybullet was built without EGL")
         return SOFTWARE

@@ -12,9 +12,8 @@ from mrs_simulator.world.wheel_odometry.odometry import WHEEL_MISMATCH, WHEEL_SL
 
 def wheel_odometry(team, fidelity, seed, errors, step):
     """Return the ``WheelOdometry`` of ``team``; ``errors``: ``OdometryErrors``, or None: built in."""
-    slips = (
-        fidelity == "kinematic" and errors is None
-    )  # wheels that roll in pybullet slip themselves
+    # wheels that roll in pybullet slip themselves
+    slips = fidelity == "kinematic" and errors is None
     return WheelOdometry(
         team,
         mismatch=WHEEL_MISMATCH if slips else 0.0,

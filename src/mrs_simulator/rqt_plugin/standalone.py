@@ -18,9 +18,15 @@ from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.controller_parameters import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
+from mrs_simulator.rqt_plugin.shelf.entry import run_at
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
-from mrs_simulator.rqt_plugin.window.main_window import end_program, open_application, run_window
-from mrs_simulator.study.programs import BAD_INPUT
+from mrs_simulator.rqt_plugin.window.main_window import (
+    end_program,
+    open_application,
+    run_window,
+    scenario_of_run,
+)
+from mrs_simulator.study.programs import BAD_INPUT, refusing_bad_input
 
 ARGUMENTS = dict(
     RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING
@@ -46,10 +52,16 @@ def main():
     # Those of the controller that a launch file starts beside it: the check is to be of the same run.
     for name, meaning in ARGUMENTS.items():
         parser.add_argument("--" + name, default="", help=meaning)
-    arguments, rest = parser.parse_known_args(rospy.myargv()[1:])
+    parser.add_argument(
+        "run", nargs="?", default="", help="a run to show: its folder, its run.csv, or a bag"
+    )
+    arguments, rest = _parsed(parser)
     _refuse_parameters()
     if os.path.isdir(arguments.directory):
         os.chdir(arguments.directory)
+    with refusing_bad_input("mrs_gui"):
+        run, beside = scenario_of_run(run_at(arguments.run)) if arguments.run else ("", "")
+    arguments.scenario = arguments.scenario or beside
     application = open_application("mrs_gui", rest)
     master = None if rosgraph.is_master_online() else _start_master()
     try:
@@ -59,7 +71,7 @@ def main():
         Diagnostics(lambda: [Health("", OK, "open", {})])
         processes = Processes()
         study = StudyWidget(RosConnection(), processes, scenario, Autosave())
-        code = run_window(application, study, "mrs_gui", arguments)
+        code = run_window(application, study, "mrs_gui", arguments, run)
         processes.wait_closed()
     except (ValueError, OSError) as error:
         print("mrs_gui: {}".format(with_page(error)), file=sys.stderr)
@@ -69,6 +81,17 @@ def main():
         if master is not None:
             _end_master(master)
     end_program(code)
+
+
+def _parsed(parser):
+    """Return the arguments, and a list of those for Qt; the value of an option of Qt's is no run."""
+    given = rospy.myargv()[1:]
+    arguments, rest = parser.parse_known_args(given)
+    before = given[max(0, given.index(arguments.run) - 1)] if arguments.run else ""
+    if before in rest:
+        rest.insert(rest.index(before) + 1, arguments.run)
+        arguments.run = ""
+    return arguments, rest
 
 
 def _refuse_parameters():

@@ -12,6 +12,7 @@ from mrs_simulator.rqt_plugin.window.edge_lens import EdgeLens
 from mrs_simulator.rqt_plugin.window.export import Export
 from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
 from mrs_simulator.rqt_plugin.window.live_run import LiveRun
+from mrs_simulator.rqt_plugin.window.opened_run import JUDGE, OpenedRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
 from mrs_simulator.rqt_plugin.window.pending import PendingGraph, PendingTeam
 from mrs_simulator.rqt_plugin.window.program_control import ProgramControl
@@ -56,7 +57,8 @@ class StudyWidget(StudyPanels):
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
         self.export = Export(self, self.results, self.files, self.study.processes)
-        self.shelf_control = ShelfControl(self, self.study.shelf, self.files)
+        self.opened = OpenedRun(self, self.study, self.live, self.replay, self.editing)
+        self.shelf_control = ShelfControl(self, self.study.shelf, self.files, self.opened)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
@@ -163,6 +165,7 @@ class StudyWidget(StudyPanels):
             self.study.preflight.cancel()
         self.live.follow_control()
         self.sensing.show()
+        self.opened.follow()
         self.shelf_control.follow()
         self.status_line.show()
         self.edits.keep()
@@ -174,8 +177,11 @@ class StudyWidget(StudyPanels):
         if name == "set_team":
             self.pending_team.answered()
         self.whole.answered(name, success)
-        if name in ("save", "keep"):
+        if name in ("save", "keep", JUDGE):
             self.shelf_control.look()
+        if name == JUDGE:
+            self.opened.judged(success, answer)
+            return
         if name == "save" and self.results.ended(success, answer):
             self.shelf_control.add(answer)
             return
@@ -202,6 +208,7 @@ class StudyWidget(StudyPanels):
         self.trial.close()
         self.edge_lens.close()
         self.results.close()
+        self.opened.end()
         self.shelf_control.close()
         self.edits.forget()
         self._errors.close()

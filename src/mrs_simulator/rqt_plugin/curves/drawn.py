@@ -2,11 +2,10 @@
 
 import time as clock
 
-import numpy as np
 from matplotlib.backends.backend_qt5agg import FigureCanvasQTAgg
 
 from mrs_simulator.rqt_plugin.curves import quantities
-from mrs_simulator.rqt_plugin.curves.plot import CurvesPlot
+from mrs_simulator.rqt_plugin.curves.plot import MANY_CURVES, CurvesPlot, run_dash
 from mrs_simulator.rqt_plugin.curves.quantities import (
     ERROR,
     QUANTITIES,
@@ -14,6 +13,7 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     ErrorCurve,
     shown_quantities,
 )
+from mrs_simulator.rqt_plugin.curves.source import USUAL_AXES, Source
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QTimer
 from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
@@ -29,12 +29,12 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
 MOST_DRAWING = 0.15  # of the time that redraws may take; beyond, they come less often
-USUAL_AXES = ("linear.x", "angular.z")
 ALL = "Robots whose curves are drawn, such as 1-3, 7; empty: all"
 FOLLOW = (
     "The time axis ends at the newest sample.\n"
     "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
 )
+THIS = "This run"
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 NO_RUN = "No run yet: Run (F5) starts one"
 
@@ -57,8 +57,9 @@ class DrawnCurves(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.setAutoFillBackground(True)  # as the figure, not as the tabs around it
-        self._history, self._ranges = History(), ()
-        self._error, self._theory = ErrorCurve(), None
+        self._ranges = ()
+        self._live = self._source = Source(History())  # of the run of now; what is shown
+        self._others = []  # ``Source``s over it
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
         self._timer = QTimer(self)
@@ -70,29 +71,43 @@ class DrawnCurves(QWidget):
 
     def set_history(self, history):
         """Show ``history``, a ``study.History`` that may go on growing."""
-        self._history, self._dirty = history, True
+        self._live.history, self._dirty = history, True
 
     def set_prediction(self, time, error):
         """Draw theory's ``error`` [m] at ``time`` [s] of the run over its own; None, None: no theory."""
-        theory = None
-        if time is not None and error is not None:
-            theory = np.array(time, dtype=float), quantities.positive(np.array(error, dtype=float))
-            if theory[0].ndim != 1 or theory[0].shape != theory[1].shape:
-                raise ValueError("times {}, errors {}".format(*(part.shape for part in theory)))
-        self._theory, self._dirty = theory, True
+        self._live.set_prediction(time, error)
+        self._dirty = True
 
     def set_error(self, function, background=False):
         """Set the formation error: a function of poses (m, n, 3) to (m,) [m], or None.
 
         ``background``: it may take long, and is computed in a thread.
         """
-        self._error, self._dirty = ErrorCurve(function, background), True
+        self._live.error, self._dirty = ErrorCurve(function, background), True
+
+    def show_source(self, source):
+        """Show the curves of ``source``, a ``Source``, in place of those of the run of now; None: these."""
+        source = source or self._live
+        if source is not self._source:
+            self._source, self._drawn = source, None
+            self._offer(*source.team)
+            self._renew()
+
+    def compare(self, others):
+        """Draw the curves of ``others``, named ``Source``s, over those shown, as if they began with it."""
+        self._others = list(others)
+        self._renew()
 
     def set_axes(self, axes, in_space=False):
         """Offer the quantities of a team whose commands have ``axes``, names of Twist components.
 
         ``in_space``: whether they leave the ground.
         """
+        self._live.team = tuple(axes), in_space
+        if self._source is self._live:
+            self._offer(axes, in_space)
+
+    def _offer(self, axes, in_space):
         shown = shown_quantities(tuple(axes), in_space)
         if shown == [self._tabs.tabData(tab) for tab in range(self._tabs.count())]:
             return
@@ -180,7 +195,7 @@ class DrawnCurves(QWidget):
     def _on_field(self, *_):
         try:
             self._ranges = quantities.parse_robots(self._field.text())
-            numbers = self._history.numbers
+            numbers = self._source.history.numbers
             absent = {number for ends in self._ranges for number in ends} - set(numbers)
             problem = "No robot {} in the team".format(min(absent)) if absent and numbers else ""
         except ValueError as error:
@@ -192,7 +207,7 @@ class DrawnCurves(QWidget):
     @guarded
     def _on_follow(self, follow):
         """Go on with the width of the window, or stay with the axes as they are."""
-        time = self._history.time
+        time = self._source.history.time
         if not follow and self._drawn is not None:
             self._xlim, self._ylim = self._plot.axes.get_xlim(), self._plot.axes.get_ylim()
         elif follow:
@@ -217,8 +232,9 @@ class DrawnCurves(QWidget):
             self._timer.start(SOON)
 
     def _stamp(self):
-        time = self._history.time
-        return self._history.numbers, tuple(time[:1]), len(time), tuple(time[-1:])
+        time = self._source.history.time
+        others = len(self._others)
+        return self._source.history.numbers, tuple(time[:1]), len(time), tuple(time[-1:]), others
 
     def _prepare(self):
         """Update the figure."""
@@ -238,39 +254,57 @@ class DrawnCurves(QWidget):
 
     def _data(self):
         """Return the curves to draw, and a remark."""
-        time, numbers = self._history.time, self._history.numbers
+        source, begin = self._source, self._source.begin
         if self._index() == ERROR:
-            return self._error_data(numbers, time)
-        rows = [row for row, number in enumerate(numbers) if self._chosen(number)]
-        if not rows or not len(time):
-            return [], "No robot is selected" if len(time) else NO_RUN
-        table = QUANTITIES[self._index()].values(self._history.state)
-        styles = self._plot.styles([numbers[row] for row in rows], numbers)
-        names = ["Robot {}".format(numbers[row]) for row in rows]
-        pairs = zip(names, rows, styles)
-        return [Curve(name, time, table[:, row], style) for name, row, style in pairs], ""
+            return self._error_data(begin)
+        values, styles = QUANTITIES[self._index()].values, self._plot.styles
+        found = source.state_curves(values, self._chosen, styles, source.begin)
+        if not found:
+            there = len(source.history.time)
+            return [], "No robot is selected" if there else NO_RUN
+        others = [
+            source.state_curves(values, self._chosen, styles, begin) for source in self._others
+        ]
+        return self._told_apart([found, *others]), ""
 
-    def _error_data(self, numbers, time):
-        self._dirty = not self._error.update(numbers, time, self._history.pose)
-        found, values = [], quantities.positive(self._error.values)
-        styles = self._plot.error_styles()
-        if len(values):
-            found.append(Curve("This run", time[: len(values)], values, styles[0]))
-        if self._theory is not None:
-            when, error = self._theory
-            begin = time[self._history.first_row()] if len(time) else 0.0
-            found.append(Curve("Theory", when + begin, error, styles[1]))
-        return found, self._error.problem or ("" if found else NO_RUN)
+    def _told_apart(self, runs):
+        """Return the curves of all ``runs``, each run's in its own line; of too many the first's alone."""
+        if not self._others or sum(map(len, runs)) > MANY_CURVES:
+            return runs[0]
+        return [
+            curve._replace(style=dict(curve.style, ls=run_dash(place)), run=curve.run or THIS)
+            for place, run in enumerate(runs)
+            for curve in run
+        ]
+
+    def _error_data(self, begin):
+        source, found = self._source, []
+        complete = [each.is_complete() for each in (source, *self._others)]  # each goes on
+        self._dirty = not all(complete)
+        run, theory = self._plot.error_styles()
+        own = source.error_curve(source.begin, run)
+        if own is not None:
+            found.append(own._replace(name=source.short_name or THIS, run=""))
+        if source.theory is not None:
+            when, error = source.theory
+            found.append(Curve("Theory", when + begin, error, theory))
+        for place, other in enumerate(self._others, 1):
+            curve = other.error_curve(begin, self._plot.compared_style(place))
+            found += [] if curve is None else [curve._replace(name=other.short_name)]
+        return found, source.error.problem or ("" if found else NO_RUN)
 
     def _chosen(self, number):
         return not self._ranges or any(low <= number <= high for low, high in self._ranges)
 
     def _time_limits(self):
         """Return the ends of the time axis [s]."""
-        time = self._history.time
-        if not len(time) and self._theory is not None and self._index() == ERROR:
-            time = self._theory[0]
+        time = self._source.history.time
+        if not len(time) and self._source.theory is not None and self._index() == ERROR:
+            time = self._source.theory[0]
         begin, end = (time[0], time[-1]) if len(time) else (0.0, 1.0)
+        for other in self._others if self._xlim is None else ():
+            lasts = other.history.time[-1] - other.begin if len(other.history.time) else 0.0
+            end = max(end, self._source.begin + lasts)
         if end <= begin:
             begin, end = begin - 0.5, begin + 0.5
         if self._xlim is not None and self._follow.isChecked():

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, fontManager
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from mrs_simulator.rqt_plugin.curves.quantities import (
@@ -21,6 +22,7 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     thinned,
     thinned_together,
 )
+from mrs_simulator.rqt_plugin.curves.source import RUN_DASHES
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor
 from mrs_simulator.rqt_plugin.widgets.colours import dash_places, places, shade, shades
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND
@@ -30,9 +32,16 @@ MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # besides colours
+MOST_RUNS = 6  # [-] beside each other in a legend
+COLOURS = 7  # [-] of compared runs' errors
 DPI = 96
 POWER = 2.4  # [em] width of a power of ten
 LOW = 9.0  # [em] of height, below which the axes have all of it: no legend, no names
+
+
+def run_dash(place):
+    """Return the line style of the run at ``place``: 0 the one shown, then those compared with it."""
+    return RUN_DASHES[place % len(RUN_DASHES)]
 
 
 @functools.lru_cache(maxsize=8)
@@ -72,6 +81,11 @@ class CurvesPlot:
         """Return how to draw the error of the run, and that of theory."""
         run = {"color": self._shade(1, 1), "lw": 1.3 * self._width}
         return run, {"color": self._text, "lw": self._width, "ls": (0, (4, 3))}
+
+    def compared_style(self, place):
+        """Return how to draw the error of the compared run at ``place``, from 1 on."""
+        colour = self._shade(1 + place % COLOURS, COLOURS)
+        return {"color": colour, "lw": 1.3 * self._width, "ls": run_dash(place)}
 
     def update(self, curves, numbers, index, message, xlim, ylim):
         """Show ``curves`` of quantity ``index`` of a team within limits; ``ylim`` None: fitting."""
@@ -174,26 +188,44 @@ class CurvesPlot:
         self._bar, self._side, self._top = None, 0.0, 0.8 * self.em()
         if not self._curves or self._is_low():
             return
+        lines = list(self.axes.lines)
+        runs = list(dict.fromkeys(curve.run for curve in self._curves))
         if self._index == ERROR:
-            self._legend({"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": 2}, 0.0, "")
-            self._top = 1.9 * self.em()
-        elif len(self._curves) > MOST_IN_LEGEND:
+            self._legend(lines, [curve.name for curve in self._curves], self._above(), 0.0, "")
+        elif len(self._curves) > MANY_CURVES or len(self._first_run(runs)) > MOST_IN_LEGEND:
             self._add_bar()
         else:
+            curves = self._first_run(runs)
             room = self.figure.bbox.height / self.em() - 4.5
-            columns = -(-len(self._curves) // max(1, int(room / 1.25)))
+            columns = -(-len(curves) // max(1, int(room / 1.25)))
             place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "ncol": columns}
-            self._side = self._legend(place, 0.5, "Robot").width
+            names = [curve.name.partition(",")[0].replace("Robot ", "") for curve in curves]
+            legend = self._legend(lines[: len(curves)], names, place, 0.5, "Robot")
+            self._side = legend.get_window_extent(self.figure.canvas.get_renderer()).width
+            if len(runs) > 1:
+                self.axes.add_artist(legend)  # else the next legend takes its place
+        if self._index != ERROR and len(runs) > 1:
+            look = {"color": self._text, "lw": 1.3 * self._width}
+            signs = [Line2D([], [], ls=run_dash(place), **look) for place in range(len(runs))]
+            self._legend(signs, runs, self._above(), 0.0, "")
 
-    def _legend(self, place, pad, title):
-        """Add a legend at ``place``; return its extent [pixels]."""
-        names = [curve.name.replace("Robot ", "") for curve in self._curves]
+    def _first_run(self, runs):
+        """Return the curves of the first of ``runs``."""
+        return [curve for curve in self._curves if curve.run == runs[0]]
+
+    def _above(self):
+        """Return the place of a legend above the axes, which leave room for it."""
+        self._top = 1.9 * self.em()
+        return {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": MOST_RUNS}
+
+    def _legend(self, lines, names, place, pad, title):
+        """Return a legend of ``lines`` at ``place``."""
         legend = self.axes.legend(
-            self.axes.lines,
+            lines,
             names,
             prop=self._font,
             frameon=False,
-            handlelength=1.4,
+            handlelength=1.4 if title else 2.4,
             handletextpad=0.5,
             columnspacing=1.0,
             labelspacing=0.2,
@@ -204,7 +236,7 @@ class CurvesPlot:
         legend.set_title(title, prop=self._font)
         for text in [legend.get_title(), *legend.get_texts()]:
             text.set_color(self._text)
-        return legend.get_window_extent(self.figure.canvas.get_renderer())
+        return legend
 
     def _add_bar(self):
         em, low, high = self.em(), min(self._numbers), max(self._numbers)

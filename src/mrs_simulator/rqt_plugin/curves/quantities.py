@@ -35,6 +35,7 @@ class Curve(NamedTuple):
     time: np.ndarray  # (m,) [s]
     values: np.ndarray  # (m,)
     style: dict  # of a matplotlib line
+    run: str = ""  # the name of its run where several are compared
 
 
 def heading(state):

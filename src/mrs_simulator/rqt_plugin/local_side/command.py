@@ -19,7 +19,10 @@ def main(argv=None):
         epilog="Real robots, bags and RViz need ROS: there the same window is mrs_gui, or rqt's plugin.",
     )
     parser.add_argument(
-        "scenario", nargs="?", default="", help="YAML file, or the name of a shipped one"
+        "scenario",
+        nargs="?",
+        default="",
+        help="YAML file, or the name of a shipped one; or a run: its folder, or its run.csv",
     )
     parser.add_argument(
         "--fresh", action="store_true", help="without the settings of the last time"
@@ -30,6 +33,7 @@ def main(argv=None):
             end_program,
             open_application,
             run_window,
+            scenario_of_run,
         )
     except ImportError as error:
         print("{}: {}".format(parser.prog, error), file=sys.stderr)
@@ -40,11 +44,12 @@ def main(argv=None):
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
     with refusing_bad_input(parser.prog):
+        run, arguments.scenario = scenario_of_run(arguments.scenario)
         scenario = load_scenario(scenario_path(arguments.scenario or PAPER))
         application = open_application(parser.prog)
         connection = LocalConnection()
         processes = LocalProcesses(connection)
         study = StudyWidget(connection, processes, scenario, Autosave())
-        code = run_window(application, study, "gui", arguments)
+        code = run_window(application, study, "gui", arguments, run)
         processes.wait_closed()
     end_program(code)

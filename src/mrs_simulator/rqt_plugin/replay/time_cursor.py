@@ -17,6 +17,13 @@ class TimeCursor(QObject):
         self._history, self._run = history, history.cleared
         self.time, self.playing, self.speed = None, False, 1.0
 
+    def take_history(self, history):
+        """Choose moments of the run in another ``history``, its newest or last one first."""
+        self._history, self._run = history, history.cleared
+        self.playing = False
+        self.time = None
+        self.changed.emit()
+
     @property
     def span(self):
         """Return the times [s] of the first and the newest sample, None before there are two."""

@@ -1,6 +1,6 @@
 """The line below the map on which a moment of the run is chosen."""
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -64,16 +64,17 @@ class TimeSlider(QSlider):
 class TimeLine(QWidget):
     """Slider, play button and speed of a ``TimeCursor``, and in words which moment is shown."""
 
+    close_asked = Signal()  # of a run that was opened
+
     def __init__(self, cursor, parent=None):
         super().__init__(parent)
-        self.cursor, self._has_room = cursor, True
+        self.cursor, self._has_room, self._is_opened = cursor, True, False
         self.play, self.newest = QToolButton(), QToolButton()
         self.slider, self.speed, self.label = TimeSlider(cursor), QComboBox(), QLabel(NO_RUN)
         self.play.clicked.connect(guarded(lambda *_: cursor.play(not cursor.playing)))
-        self.newest.setText("Newest")
         self.newest.setCheckable(True)
-        self.newest.setToolTip("Follow the newest sample (End)")
-        self.newest.clicked.connect(guarded(lambda *_: cursor.follow()))
+        self.newest.clicked.connect(self._on_newest)
+        self.set_opened(False)
         for speed in SPEEDS:
             self.speed.addItem("{:g} \u00d7".format(speed), speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
@@ -107,6 +108,21 @@ class TimeLine(QWidget):
         self._has_room = has_room
         self.show_moment()
 
+    def set_opened(self, is_opened):
+        """Offer to close a run that was opened, or to follow the one of now."""
+        self._is_opened = is_opened
+        texts = "Close run", "Show the window's own run again"
+        texts = texts if is_opened else ("Newest", "Follow the newest sample (End)")
+        self.newest.setText(texts[0])
+        self.newest.setToolTip(texts[1])
+
+    @guarded
+    def _on_newest(self, *_):
+        if self._is_opened:
+            self.close_asked.emit()
+        else:
+            self.cursor.follow()
+
     @guarded
     def _on_speed(self, *_):
         self.cursor.speed = self.speed.currentData()
@@ -125,7 +141,7 @@ class TimeLine(QWidget):
         self.setVisible(self._has_room or span is not None)
         for widget in (self.play, self.slider, self.speed, self.newest):
             widget.setEnabled(span is not None)
-        self.newest.setChecked(not cursor.is_past)
+        self.newest.setChecked(not cursor.is_past and not self._is_opened)
         self.play.setText("\u275a\u275a" if cursor.playing else "\u25b6")
         self.play.setToolTip("Pause the replay" if cursor.playing else "Replay the run")
         if span is None:
@@ -139,5 +155,6 @@ class TimeLine(QWidget):
         font.setBold(cursor.is_past)
         self.label.setFont(font)
         passed = now - span[0], span[1] - span[0]
-        text = "past: {:.2f} of {:.1f} s" if cursor.is_past else "newest: {1:.1f} s"
+        newest = "end: {1:.1f} s" if self._is_opened else "newest: {1:.1f} s"
+        text = "past: {:.2f} of {:.1f} s" if cursor.is_past else newest
         self.label.setText(text.format(*passed))

@@ -168,6 +168,10 @@ class EditedScenario:
         changed = scenario._replace(topology=topology, control=control)
         return self._background.ask("prediction", changed).settling
 
+    def ask_apart(self, function, scenario, *arguments):
+        """As ``LawProcess.ask`` of any ``scenario``; it may take long, and is for a thread of its own."""
+        return self._background.ask(function, scenario, *arguments)
+
     def starts(self):
         """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
         return self.scenario.poses if self.scenario.odometry == "wheel" else None

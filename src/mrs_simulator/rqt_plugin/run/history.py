@@ -7,7 +7,7 @@ import numpy as np
 
 from mrs_simulator.record.run_changes import ControllerRecord
 from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
-from mrs_simulator.state.columns import REAL, RECORDED
+from mrs_simulator.state.columns import COLUMNS, ESTIMATE, REAL, RECORDED
 from mrs_simulator.state.layout import Layout
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.verdict.estimation import SAME
@@ -102,6 +102,19 @@ class History:
         most = MOST_VALUES // (self._layout.width * max(1, len(self.numbers)))
         self._time = np.empty(min(max(FEWEST_SAMPLES, most), 40000))
         self._table = np.empty((len(self._time), len(self.numbers), self._layout.width))
+
+    def fill(self, state):
+        """Hold the samples of ``state``, a ``StateTable`` at m times, all of one run, and no others."""
+        self.clear()
+        self._estimate = state.estimate if state.has(ESTIMATE) else None
+        state = state.replace(estimate=None)
+        self._take(state.at(0))
+        self._time, self._filled = state.time, len(state.time)
+        self._table = np.empty((self._filled, len(self.numbers), self._layout.width))
+        for name, at in self._places.items():
+            values = getattr(state, name)
+            self._table[:, :, at] = values[:, np.newaxis] if COLUMNS[name].of_team else values
+        self.begun = float(state.time[0])
 
     def _thin(self):
         kept = len(self._time[::2])

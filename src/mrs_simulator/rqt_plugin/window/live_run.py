@@ -26,6 +26,7 @@ class LiveRun:
         self._team, self._graph = pending_team, pending_graph
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self.is_held = False  # whether the map shows a moment that has passed
+        self.runs = 0  # [-] that have begun or were put away
         self._last_control = None
         self._reported_trouble = ""  # by the controller
         self._dismissed = ()  # the controller's warnings that the user has closed
@@ -34,6 +35,7 @@ class LiveRun:
     def put_away(self):
         """Clear what is shown of a run, because the team has changed."""
         self._panels.verdict.clear()
+        self.runs += 1
         if not self._connection.is_fresh("state"):  # else the stage begins a run with the new team
             self._connection.forget("state")
             self._history.clear()
@@ -113,6 +115,7 @@ class LiveRun:
         for snapshot in self._connection.take_samples():
             if not isinstance(snapshot, StateTable):  # a run begins
                 self._history.begin_run(snapshot)
+                self.runs += 1
                 self._study.missed.begin()
                 self._panels.map.clear_trails()
             else:
@@ -215,7 +218,8 @@ class LiveRun:
         edges = list(control.edges)
         if self._graph.is_old(edges, control.directed):
             return
-        self._panels.map.show_topology(edges, control.directed)
+        if not self.is_held:
+            self._panels.map.show_topology(edges, control.directed)
         if len(control.command) == self._study.scenario.n:  # the panel edits the scenario's graph
             self._panels.topology.set_topology(edges, control.directed)
 

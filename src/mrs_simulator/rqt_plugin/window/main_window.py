@@ -10,10 +10,12 @@ from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.rqt_plugin.qt.QtCore import QRect, QSettings, QTimer
 from mrs_simulator.rqt_plugin.qt.QtGui import QGuiApplication
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
+from mrs_simulator.rqt_plugin.shelf.entry import BAG, is_run, run_at
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
 from mrs_simulator.rqt_plugin.window.saved_layout import LAYOUT
 from mrs_simulator.study.programs import BAD_INPUT
+from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw
 X_SOCKET, X_PORT = "/tmp/.X11-unix/X{}", 6000  # of X servers
@@ -87,10 +89,23 @@ def open_application(program, arguments=()):
     return application
 
 
-def run_window(application, study, name, arguments):
+def scenario_of_run(path):
+    """Return the path of the run that ``path`` names, "" for none, and that of the scenario to open.
+
+    A run's scenario is the one beside it, "" where there is none.
+    """
+    if not path.endswith((BAG, RUN_FILE)) and not is_run(path):
+        return "", path
+    run = run_at(path)
+    beside = os.path.join(run, SCENARIO_FILE)
+    return run, beside if os.path.isfile(beside) else ""
+
+
+def run_window(application, study, name, arguments, run=""):
     """Show the ``StudyWidget`` with the settings kept as ``name`` until it is closed; return the exit code.
 
-    ``arguments``: ``fresh``, to begin without them, and ``scenario``, empty for the last one.
+    ``arguments``: ``fresh``, to begin without them, and ``scenario``, empty for the last one; ``run``: the
+    path of a run to show, "" for none.
     """
     settings = QSettings("mrs_simulator", name)
     if arguments.fresh:
@@ -102,6 +117,8 @@ def run_window(application, study, name, arguments):
     window.show()
     # A user's law may take its time: the window, and its emergency stop, are there meanwhile.
     study.restore_settings(kept)
+    if run:
+        study.shelf_control.open(run)
     spare_garbage_collection()
     return application.exec_()
 

@@ -18,10 +18,33 @@ class Replay:
     def __init__(self, panels, study, history, live):
         self.cursor = TimeCursor(history, panels)
         self._panels, self._study = panels, study
-        self._history, self._live = history, live
+        self._history = self._own = history  # of the run shown, and that of the window
+        self._live = live
         self._shown, self._before = None, time.monotonic()
         panels.curves.time_chosen.connect(self._on_time)
         panels.verdict.row_chosen.connect(self._on_check)
+
+    def show_run(self, history):
+        """Show the run in ``history`` from now on, at any moment of it; None: the window's own."""
+        self._history = history or self._own
+        self._shown, self._live.is_held = None, not self.is_own
+        self.cursor.take_history(self._history)
+
+    def show_newest(self):
+        """Show the newest sample of the window's own run, with its trails, and go on from there."""
+        row = len(self._own.time) - 1
+        self._panels.map.show_past(self._state(row), self._trails(row))
+        self._live.go_on(self._state(row))
+
+    @property
+    def is_own(self):
+        """Return whether the run shown is that of the window."""
+        return self._history is self._own
+
+    @property
+    def is_shown(self):
+        """Return whether the map shows a moment of the ``cursor``."""
+        return self._shown is not None
 
     @guarded
     def _on_time(self, moment):
@@ -56,24 +79,30 @@ class Replay:
         now = time.monotonic()
         passed, self._before = now - self._before, now
         self.cursor.pass_time(passed)
-        if self._shown is not None and not self._panels.map.is_past:  # it shows an edit
-            self._shown, self._live.is_held = None, False
-            self.cursor.follow()
-        if self.cursor.is_past:
+        if self.is_own:
+            self._show_own()
+        else:
             self._show(self.cursor.row)
-        elif self._shown is not None:
-            self._show(len(self._history.time) - 1)
-            self._shown = None
-            self._live.go_on(self._state(-1))
         self._panels.curves.show_moment(self.cursor.time)
         if not self.cursor.is_past:
             self._panels.time_line.show_moment()
 
+    def _show_own(self):
+        """Show a moment of the window's own run, or let it go on."""
+        if self._shown is not None and not self._panels.map.is_past:  # it shows an edit
+            self._shown, self._live.is_held = None, False
+            self.cursor.follow()
+        if self.cursor.is_past:
+            if self._shown is None and not self._targets_stand():
+                self._panels.map.show_targets(None)
+            self._show(self.cursor.row)
+        elif self._shown is not None:
+            self._shown = None
+            self.show_newest()
+
     def _show(self, row):
         key = float(self._history.time[row]), self._history.cleared
         if key != self._shown:
-            if self._shown is None and not self._targets_stand():
-                self._panels.map.show_targets(None)
             self._shown, self._live.is_held = key, True
             self._panels.map.show_past(self._state(row), self._trails(row))
 

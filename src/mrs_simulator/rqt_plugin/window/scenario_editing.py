@@ -50,6 +50,20 @@ class ScenarioEditing:
         self._show_protocol()
         self._panels.map.fit(whole=True)  # with its own targets, not the previous ones
 
+    def show_on_map(self):
+        """Show the scenario in force on the map, where another run was shown."""
+        scenario, derived, shown = (
+            self._study.scenario,
+            self._study.edited.derived,
+            self._panels.map,
+        )
+        shown.show_team(scenario.poses, scenario.altitude)
+        self._show_kinds()
+        self.obstacles.show()
+        shown.show_topology(derived.topology.edges, derived.topology.directed)
+        shown.show_targets(derived.targets)
+        shown.fit(whole=True)
+
     def _show_team(self):
         """Show the team in force."""
         scenario = self._study.scenario

@@ -75,9 +75,10 @@ class ScenarioFiles:
     @guarded
     def ask_to_open(self):
         """Ask for a scenario to open."""
-        self.ask("Open scenario", "", SCENARIOS, self._open_chosen)
+        self.ask("Open scenario", "", SCENARIOS, self.open_unless_controlled)
 
-    def _open_chosen(self, path):
+    def open_unless_controlled(self, path):
+        """Open the scenario file at ``path``, unless a controller runs."""
         if self._study.is_controlled():  # since the dialog was opened
             text = "not opened: stop the controller to open another scenario"
             self._panels.say(ErrorMessage(text))

@@ -1,11 +1,13 @@
 """The shelf of runs in the window: looks for runs in the background, and does what its panel asks for."""
 
+import math
 import os
 import time
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.results.report import SCENARIO_FILE
 
 SEEN, HIDDEN = 2.0, 20.0  # [s] between two looks for runs while the list is seen, or is not
 RUNS = "Runs (run.csv *.bag)"
@@ -16,10 +18,12 @@ MOST_NAMED = 5
 class ShelfControl:
     """Keeps the list of runs up to date, and marks, deletes and adds runs."""
 
-    def __init__(self, panels, shelf, files):
-        """``shelf``: the ``Shelf``; ``files``: asks for paths, a ``ScenarioFiles``."""
+    def __init__(self, panels, shelf, files, opened):
+        """``shelf``: the ``Shelf``; ``files``: the ``ScenarioFiles``; ``opened``: the ``OpenedRun``."""
         self._panels, self._shelf, self._files = panels, shelf, files
-        self._worker, self._due, self._looks = DebouncedWorker(0.0), 0.0, False
+        self._opened = opened
+        self._worker, self._looks = DebouncedWorker(0.0), False
+        self._looked_at = -math.inf  # [s] of wall time
         self._deleted = []  # what can be brought back, the newest last
         panel = panels.shelf
         panel.mark_asked.connect(self._on_mark)
@@ -29,24 +33,27 @@ class ShelfControl:
         panel.unwatch_asked.connect(self._on_unwatch)
         panel.size_chosen.connect(self._on_size)
         panel.list.dropped.connect(self._on_dropped)
+        panel.list.show_asked.connect(self._on_show)
+        panel.scenario_asked.connect(self._on_scenario)
 
     # Looking -------------------------------------------------------------------------------------
 
     def look(self):
         """Look for runs at the next opportunity."""
-        self._due = 0.0
+        self._looked_at = -math.inf
 
     def follow(self):
         """Show the runs that are there, and their pictures."""
         panel = self._panels.shelf
         panel.list.follow()
+        panel.list.set_shown(self._opened.path)
         found = self._worker.take()
         if found is not None:
             self._looks = False
             self._show(*found)
-        if not self._looks and time.monotonic() >= self._due:
-            self._looks = True
-            self._due = time.monotonic() + (SEEN if panel.isVisible() else HIDDEN)
+        pause = SEEN if panel.isVisible() else HIDDEN
+        if not self._looks and time.monotonic() - self._looked_at >= pause:
+            self._looks, self._looked_at = True, time.monotonic()
             self._worker.ask(self._looked)
 
     def _looked(self):
@@ -82,6 +89,20 @@ class ShelfControl:
         except (OSError, ValueError) as error:
             self._panels.say(ErrorMessage(reason(error)))
             return None
+
+    def open(self, path):
+        """List and show the run at ``path``, a folder, its ``run.csv`` or a bag."""
+        path = self._do(self._shelf.add, path)
+        if path is not None:
+            self._opened.open(path)
+
+    @guarded
+    def _on_show(self, path):
+        self._opened.open(path)
+
+    @guarded
+    def _on_scenario(self, path):
+        self._files.open_unless_controlled(os.path.join(path, SCENARIO_FILE))
 
     def add(self, path):
         """List the run whose folder has the file ``path``, such as its verdict."""

@@ -1,0 +1,74 @@
+"""What the curves of one run are drawn from, and how those of compared runs differ; without Qt."""
+
+import numpy as np
+
+from mrs_simulator.rqt_plugin.curves.quantities import Curve, ErrorCurve, positive
+
+USUAL_AXES = ("linear.x", "angular.z")
+# Of the lines of the run shown, and of those compared with it.
+RUN_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (2.5, 1.2)))
+LONGEST = 30  # [characters] of a run's name in a legend
+
+
+class Source:
+    """A run's ``history``, its formation error beside theory's, and its name among others."""
+
+    def __init__(self, history, name=""):
+        self.history, self.name = history, name
+        self.error, self.theory = ErrorCurve(), None
+        self.team = (
+            USUAL_AXES,
+            False,
+        )  # axes of the commands, and whether the team leaves the ground
+
+    def set_prediction(self, time, error):
+        """Take theory's ``error`` [m] at ``time`` [s] of the run; None, None: no theory."""
+        theory = None
+        if time is not None and error is not None:
+            theory = np.array(time, dtype=float), positive(np.array(error, dtype=float))
+            if theory[0].ndim != 1 or theory[0].shape != theory[1].shape:
+                raise ValueError("times {}, errors {}".format(*(part.shape for part in theory)))
+        self.theory = theory
+
+    @property
+    def begin(self):
+        """Return the time [s] at which the run begins, 0 before it does."""
+        time = self.history.time
+        return float(time[self.history.first_row()]) if len(time) else 0.0
+
+    @property
+    def short_name(self):
+        """Return the name as a legend has it."""
+        cut = self.name[: LONGEST - 3] + "..."
+        return self.name if len(self.name) <= LONGEST else cut
+
+    def is_complete(self):
+        """Go on with the formation error; return whether it is known of all samples."""
+        history = self.history
+        return self.error.update(history.numbers, history.time, history.pose)
+
+    def error_curve(self, begin, style):
+        """Return the ``Curve`` of the error as of a run that begins at ``begin`` [s]; None without any."""
+        values = positive(self.error.values)
+        if not len(values):
+            return None
+        time = self.history.time[: len(values)] - self.begin + begin
+        return Curve(self.name, time, values, style, self.short_name)
+
+    def state_curves(self, values, chosen, styles_of, begin):
+        """Return the ``Curve``s of ``values`` (of a state: (m, n)) of the robots that are ``chosen``.
+
+        ``styles_of(shown, numbers)``: their styles; ``begin``: as for :meth:`error_curve`.
+        """
+        history = self.history
+        rows = [row for row, number in enumerate(history.numbers) if chosen(number)]
+        if not rows or not len(history.time):
+            return []
+        table, time = values(history.state), history.time - self.begin + begin
+        shown = [history.numbers[row] for row in rows]
+        names = ["Robot {}".format(number) for number in shown]
+        names = ["{}, {}".format(each, self.name) for each in names] if self.name else names
+        found = zip(names, rows, styles_of(shown, history.numbers))
+        return [
+            Curve(name, time, table[:, row], style, self.short_name) for name, row, style in found
+        ]

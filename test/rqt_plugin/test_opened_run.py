@@ -1,0 +1,156 @@
+"""Runs of the list, opened by mouse and keys: map, curves, time line and verdict show them."""
+
+import os
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from gui_fixtures import quiet_study, shown
+from PyQt5.QtCore import Qt
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
+
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.rqt_plugin.run.loaded_run import history_of, mean_twist
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.run.experiment import run_experiment
+
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+GAINS = 0.02, 0.05
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Return the folder of a shelf with two runs, and their scenario."""
+    home = tmp_path_factory.mktemp("shelf")
+    scenario = load_scenario(scenario_path("paper_four"))._replace(duration=12.0)
+    for place, gain in enumerate(GAINS):
+        control = scenario.control
+        control = control._replace(parameters=dict(control.parameters, k=gain))
+        path = str(home / "runs" / "run{}".format(place))
+        run_experiment(scenario._replace(control=control), path, formats=())
+        for each in (path, os.path.join(path, "run.csv")):
+            os.utime(each, (1e9 + place, 1e9 + place))
+    return home, scenario
+
+
+@pytest.fixture
+def study(runs):
+    application = QApplication.instance() or QApplication([])
+    home, scenario = runs
+    widget = quiet_study(scenario)
+    widget.study.shelf.home = str(home)
+    widget.shelf_control.look()
+    shown(widget, 1280, 720)
+    widget.bring_forward("Runs")
+    until(widget, lambda: len(widget.shelf.list.runs.entries) == 2)
+    yield widget
+    widget.close_study()
+    widget.close()
+    application.processEvents()
+
+
+def frame(widget):
+    widget.opened.follow()
+    widget.shelf_control.follow()
+    widget.replay.show_frame()
+    widget.live.show_frame()
+
+
+def until(widget, condition):
+    for _ in range(600):
+        frame(widget)
+        if condition():
+            return
+        QTest.qWait(10)
+    raise AssertionError(widget.messages.toPlainText())
+
+
+def click(widget, row, in_box=False):
+    runs = widget.shelf.list
+    place = runs.visualRect(runs.runs.index(row))
+    at = runs.itemDelegate().box(place).center() if in_box else place.center()
+    QTest.mouseClick(runs.viewport(), Qt.LeftButton, Qt.NoModifier, at)
+
+
+def opened(widget, row):
+    """Open the run in ``row``, the newest 0, by a click; return its folder."""
+    click(widget, row)
+    path = widget.shelf.list.runs.entries[row].path
+    until(widget, lambda: widget.opened.run is not None and widget.opened.run.path == path)
+    frame(widget)
+    return path
+
+
+def test_a_click_shows_a_run_at_any_moment_and_another_button_the_window_s_own(study):
+    own = study.map.team.pose.copy()
+    path = opened(study, 0)
+    run = read_run_csv(os.path.join(path, "run.csv"))
+    np.testing.assert_allclose(study.map.team.pose, run.pose[-1])
+    assert study.time_line.label.text() == "end: 12.0 s"
+    assert "not judged" in study.verdict.title() and study.map.trails.begun >= 2
+    QTest.keyClick(study.time_line.slider, Qt.Key_Home)
+    frame(study)
+    np.testing.assert_allclose(study.map.team.pose, run.pose[0])
+    assert study.shelf.list.runs.shown == path
+    QTest.mouseClick(study.time_line.newest, Qt.LeftButton)
+    frame(study)
+    np.testing.assert_allclose(study.map.team.pose, own)
+    assert study.time_line.label.text() == "no run yet" and study.verdict.verdict is None
+
+
+def test_an_edit_and_a_mode_of_the_mouse_close_the_run(study):
+    for overtake in (
+        lambda: study.modes["poses"].setChecked(True),
+        lambda: study.protocol.parameters_changed.emit(
+            dict(study.scenario.control.parameters, k=0.03)
+        ),
+    ):
+        opened(study, 1)
+        overtake()
+        until(study, lambda: study.opened.run is None)
+        assert not study.map.is_past and study.replay.is_own
+        study.modes["look"].setChecked(True)
+
+
+def test_a_run_is_renamed_pinned_deleted_and_brought_back(study):
+    opened(study, 0)
+    panel, path = study.shelf, study.shelf.list.current_path()
+    QTest.keyClick(panel, Qt.Key_F2)
+    QTest.keyClicks(panel.name, "faster")
+    QTest.keyClick(panel.name, Qt.Key_Return)
+    QTest.mouseClick(panel.pin, Qt.LeftButton)
+    until(study, lambda: panel.list.runs.entries[0].marks[::2] == ("faster", True))
+    QTest.keyClick(panel.list, Qt.Key_Delete)
+    until(study, lambda: len(panel.list.runs.entries) == 1)
+    assert not os.path.exists(path)
+    QTest.mouseClick(panel.undo, Qt.LeftButton)
+    until(study, lambda: len(panel.list.runs.entries) == 2)
+    assert panel.list.runs.entries[0].name == "faster" and not panel.undo.isVisible()
+    study.study.shelf.mark(path, name="", pinned=False)
+
+
+def test_a_broken_run_is_refused_in_words(study, tmp_path):
+    (tmp_path / "run.csv").write_text("time,robot\n0,1\n")
+    study.opened.open(str(tmp_path))
+    until(study, lambda: "not opened" in study.messages.toPlainText())
+    study.opened.open(str(tmp_path / "none"))
+    assert "no run: wanted a folder" in study.messages.toPlainText()
+    assert study.opened.run is None
+
+
+def test_twists_are_taken_from_poses_where_none_were_recorded(runs):
+    time = np.linspace(0.0, 2.0, 201)
+    pose = np.zeros((201, 1, 3))  # a circle of 2 m at 0.5 rad/s, the heading wrapped
+    pose[:, 0] = np.stack([2.0 * np.sin(time / 2), 2.0 - 2.0 * np.cos(time / 2), time / 2], axis=1)
+    pose[:, 0, 2] = np.angle(np.exp(1j * (pose[:, 0, 2] + 3.0)))
+    twist = mean_twist(time, pose)[1:-1, 0]
+    ahead = np.array([np.cos(3.0), -np.sin(3.0)])  # the pose's heading is 3 rad off its path
+    np.testing.assert_allclose(twist, np.tile([*ahead, 0.5], (199, 1)), atol=1e-4)
+    run = read_run_csv(str(runs[0] / "runs" / "run0" / "run.csv"))
+    history = history_of(run)
+    assert history.begun == 0.0 and not history.is_unsaved(0.0)
+    np.testing.assert_array_equal(history.pose, run.pose)

@@ -70,13 +70,19 @@ def test_an_impossible_combination_is_refused_before_anything_runs():
         make_runs(FOUR, [("colour", [1])])
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Let sweeps find nothing to draw, where no figure is looked at: most of the time of a small one."""
+    monkeypatch.setattr("mrs_simulator.study.draw.sweep_figures.sweep_figure", lambda *_: None)
+
+
 def rows(out):
     with open(os.path.join(out, "sweep.csv"), newline="") as file:
         return list(csv.DictReader(file))
 
 
 def test_a_sweep_in_parallel_gives_a_table_and_a_figure(tmp_path):
-    runs = make_runs(FOUR, [(K, [0.02, 0.05]), ("seed", [0, 1]), ("duration", [80.0])])
+    runs = make_runs(FOUR, [(K, [0.02, 0.05]), ("seed", [0, 1]), ("duration", [40.0])])
     verdicts = run_sweep(runs, str(tmp_path), jobs=2)
     assert [verdict["ended"] for verdict in verdicts] == ["complete"] * 4
     table = rows(str(tmp_path))
@@ -227,6 +233,7 @@ def test_entries_of_lists_are_swept(tmp_path):
             make_runs(str(path), [(wrong, [1])])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_runs_alike_are_run_once(tmp_path, monkeypatch):
     ran = []
 
@@ -244,6 +251,7 @@ def test_runs_alike_are_run_once(tmp_path, monkeypatch):
     assert [row["seed"] for row in rows(str(tmp_path))] == ["1", "2", "1"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_was_finished_is_not_run_again(tmp_path):
     runs = make_runs(FOUR, [("seed", [0, 1]), ("duration", [1.0])])
     run_sweep(runs[:1], str(tmp_path), jobs=1)
@@ -275,6 +283,7 @@ def test_what_is_no_part_is_refused(text, capsys, tmp_path):
         sweep.read_part(text)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_interrupted_sweep_keeps_its_table(tmp_path, monkeypatch):
     runs = make_runs(FOUR, [("seed", [0, 1, 2]), ("duration", [1.0])])
 
@@ -289,6 +298,7 @@ def test_an_interrupted_sweep_keeps_its_table(tmp_path, monkeypatch):
     assert len(rows(str(tmp_path))) == 2
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     "told",
     ["", "[1, 2]", '{"ended": "complete"}', '{"ended": "complete", "checks": [3], "passed": 1}'],
@@ -342,6 +352,7 @@ def tidy(out):
     return [{k: v for k, v in row.items() if k != "real_time_factor"} for row in rows(str(out))]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_cluster_gives_the_same_table_and_resumes(tmp_path, cluster, monkeypatch, capsys):
     runs = make_runs(FOUR, TINY)
     run_sweep(runs, str(tmp_path / "cores"), jobs=1)
@@ -364,6 +375,7 @@ def test_a_cluster_gives_the_same_table_and_resumes(tmp_path, cluster, monkeypat
         assert made[0] == made[1]
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("where", ["cores", "cluster"])
 def test_a_run_that_ends_its_process_fails_alone(tmp_path, where, request, monkeypatch):
     (tmp_path / "dies.py").write_text(DIES)
@@ -422,9 +434,10 @@ def test_processes_stay_from_batch_to_batch_and_are_made_anew_at_times(monkeypat
         assert len({first, third, dict(cores.run(run_of, [(os.getpid,)]))[0]}) == 3
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
     sweep = [sys.executable, "-m", "mrs_simulator.study.run.command", FOUR, "--out", str(tmp_path)]
-    sweep += ["--sweep", "seed=0..199", "--jobs", "1"]
+    sweep += ["--sweep", "seed=0..199", "--duration", "5", "--jobs", "1"]
     process = subprocess.Popen(sweep, stderr=subprocess.PIPE)
     try:
         wait_until(lambda: (tmp_path / "sweep.csv").exists(), 60.0)
@@ -437,7 +450,7 @@ def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
     done = sorted(tmp_path.glob("*/verdict.json"))
     assert 0 < len(done) < 200
     before = [path.stat().st_mtime_ns for path in done]
-    runs = make_runs(FOUR, [("seed", list(range(200)))])
+    runs = make_runs(FOUR, [("seed", list(range(200)))], {"duration": 5.0})
     run_sweep([run for run in runs if (tmp_path / run[0]).exists()], str(tmp_path), jobs=1)
     assert [path.stat().st_mtime_ns for path in done] == before
 
@@ -526,6 +539,7 @@ def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_
     assert "table: " in said and "figure" not in said
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_requirements_are_columns_and_reasons(tmp_path):
     content = load_scenario(FOUR).to_dict()
     content["requirements"] = {"apart": "always distance > 1 m", "slow": "always speed < 1 mm/s"}

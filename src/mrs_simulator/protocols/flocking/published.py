@@ -66,14 +66,16 @@ class AlphaGamma(Accelerated):
         """Return a, (n, d) [m/s^2]."""
         a = -self.c1 * (points - rest - time * self.leader_velocity)
         a -= self.c2 * (v - self.leader_velocity)
-        for i, point in enumerate(points):
-            apart = points - point
-            squared = (apart**2).sum(axis=1)
-            z = _sigma(np.sqrt(squared))
-            near = np.array([_bump(share) for share in z / self.r])
-            force = self.strength * near * (z - self.d) / np.sqrt(1.0 + (z - self.d) ** 2)
-            a[i] += (force / np.sqrt(1.0 + EPSILON * squared)) @ apart
-            a[i] += self.alignment * near @ (v - v[i])
+        apart = points - points[:, np.newaxis]  # (n, n, d), of row i those from robot i
+        squared = (apart**2).sum(axis=2)
+        z = _sigma(np.sqrt(squared))
+        near = _bump(z / self.r)
+        force = self.strength * near * (z - self.d) / np.sqrt(1.0 + (z - self.d) ** 2)
+        force /= np.sqrt(1.0 + EPSILON * squared)
+        alignment = self.alignment * near
+        for i in range(len(points)):
+            a[i] += force[i] @ apart[i]
+            a[i] += alignment[i] @ (v - v[i])
         return a
 
 
@@ -82,9 +84,13 @@ def _sigma(distance):
 
 
 def _bump(z):
-    if z < BUMP:
-        return 1.0
-    return 0.5 * (1.0 + math.cos(math.pi * (z - BUMP) / (1.0 - BUMP))) if z <= 1.0 else 0.0
+    """Return the bump function of each of ``z`` (n, n)."""
+    bump = np.where(z < BUMP, 1.0, 0.0)
+    between = (z >= BUMP) & (z <= 1.0)
+    # By math, as ever: numpy's cosine may have another last bit.
+    shares = math.pi * (z[between] - BUMP) / (1.0 - BUMP)
+    bump[between] = [0.5 * (1.0 + math.cos(share)) for share in shares]
+    return bump
 
 
 class CuckerSmale(Accelerated):
@@ -96,12 +102,10 @@ class CuckerSmale(Accelerated):
 
     def acceleration(self, points, v, time, rest):
         """Return a, (n, d) [m/s^2]."""
-        a = np.zeros_like(v)
-        for i, point in enumerate(points):
-            squared = ((points - point) ** 2).sum(axis=1)
-            psi = (1.0 + squared / self.reach**2) ** -self.beta
-            a[i] = self.gain / len(points) * (psi[:, np.newaxis] * (v - v[i])).sum(axis=0)
-        return a
+        squared = ((points - points[:, np.newaxis]) ** 2).sum(axis=2)
+        psi = (1.0 + squared / self.reach**2) ** -self.beta
+        relative = v - v[:, np.newaxis]  # (n, n, d), of row i those relative to robot i
+        return self.gain / len(points) * (psi[:, :, np.newaxis] * relative).sum(axis=1)
 
 
 class Boids(Accelerated):

@@ -192,3 +192,14 @@ def test_a_stop_that_was_asked_for_is_no_error(study):
         study.live._report_trouble(status)
         assert bool(study.banners.text("error")) == wrong
         assert trouble in study.messages.toPlainText()
+
+
+def test_predicted_paths_are_on_the_map_until_the_robots_go(study, monkeypatch):
+    paths = np.zeros((5, study.scenario.n, 2))
+    found = iter([(paths, None)])
+    monkeypatch.setattr(study.study.edited, "take_forecast", lambda: next(found, None))
+    tick(study, [])
+    assert study.map.forecast is paths and "forecast" in study.map.legend()
+    study.map.show_snapshot(sample(study, 0.0))
+    tick(study, [0.0, 1.0])
+    assert study.map.forecast is None

@@ -146,14 +146,16 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
 def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_again(tmp_path):
     code = """
     gui.bar.set_speed(0)
-    judged, take = [], gui.verdict.set_verdict
-    gui.verdict.set_verdict = lambda found: judged.append(found) or take(found)
+    def saved():
+        return gui.messages.toPlainText().count("saved to")
     click("run")
-    until(lambda: len(judged) == 1)
+    until(lambda: gui.verdict.verdict)  # before it is saved with its figures
+    assert saved() == 0
+    until(lambda: saved() == 1)
     assert gui.results_tabs.currentWidget() is gui.verdict and connection.newest("stage").paused
     click("run")
     until(lambda: not gui.bar.button("run").isEnabled())
-    until(lambda: len(judged) == 2)
+    until(lambda: saved() == 2)
     """
     scenario = load_scenario(PAPER)._replace(duration=2.0)
     path = tmp_path / "four.yaml"

@@ -87,6 +87,26 @@ def test_requirements_are_rows_behind_the_checks(verdict):
     assert "4 passed" not in verdict.title() and "3 passed, 2 failed" in verdict.title()
 
 
+def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict):
+    headlines = []
+    verdict.headline_changed.connect(headlines.append)
+    stands = ("on course", "failing", "not yet decidable", "on course")
+    rows = [
+        {**each, "standing": stand, "margin": 0.25 * (stand == "on course") - 0.1}
+        for each, stand in zip(VERDICT["checks"], stands)
+    ]
+    verdict.set_standings(rows, 12.3, 25.0)
+    said = "2 on course, 1 failing, 1 not yet decidable"
+    assert verdict.title() == "Running, 12.3 of 25 s: " + said
+    assert verdict.is_live and headlines == ["1 failing"]
+    row = verdict.row("rate [1/s]")
+    assert (row["result"], row["margin"]) == ("on course", "0.15")
+    verdict.set_verdict(VERDICT)
+    assert not verdict.is_live and verdict.row("gap [m]")["margin"] == "0.05"
+    verdict.clear()
+    assert headlines[1:] == ["FAILED", ""]
+
+
 def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
     assert verdict.title() == "Four robots: FAILED (2 passed, 1 failed, 1 not judged)"
     gap, speed, rate = map(verdict.row, ("gap [m]", "speed [m/s]", "rate [1/s]"))

@@ -8,6 +8,7 @@ from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import ErrorLog
+from mrs_simulator.rqt_plugin.window.course import Course
 from mrs_simulator.rqt_plugin.window.edge_lens import EdgeLens
 from mrs_simulator.rqt_plugin.window.export import Export
 from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
@@ -58,6 +59,7 @@ class StudyWidget(StudyPanels):
         self.save_results = self.results.save
         self.export = Export(self, self.results, self.files, self.study.processes)
         self.opened = OpenedRun(self, self.study, self.live, self.replay, self.editing)
+        self.course = Course(self, self.study, self.history, self.live, self.opened)
         self.shelf_control = ShelfControl(self, self.study.shelf, self.files, self.opened)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
@@ -159,6 +161,7 @@ class StudyWidget(StudyPanels):
             self.say(ErrorMessage(text))
         self.results.show_progress()
         self.live.show_prediction()
+        self.course.follow()
         self.edge_lens.follow()
         self.say(self.pending_team.send())
         if self.study.state.is_emergency():
@@ -207,6 +210,7 @@ class StudyWidget(StudyPanels):
             timer.stop()
         self.trial.close()
         self.edge_lens.close()
+        self.course.close()
         self.results.close()
         self.opened.end()
         self.shelf_control.close()

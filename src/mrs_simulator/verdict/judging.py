@@ -86,7 +86,7 @@ def _judged_by_theory(run, control, foretold, derives):
     if unfit:
         foretold(None)
         return judge(whole, unfit, guards=impossibilities(whole)), None
-    control, run, changed = _since_changes(control, whole)
+    control, run, changed = since_changes(control, whole)
     derived, why = derived_control(control, run) if derives else (None, "")
     control = control if derived is None else derived
     control.safety_filter.begin_scene(run.meta.get("scene_time", 0.0))
@@ -136,7 +136,7 @@ def _has_no_points(control, theory):
     return theory.points is not None and theory.exact is None and published_law(control) is None
 
 
-def _since_changes(control, run):
+def since_changes(control, run):
     """Return ``(control, run, theory)`` of what is judged: the part after the last change on the way.
 
     ``theory``: its ``rest`` and ``why``; or why no claim applies, where the law remembers what was before
@@ -239,7 +239,7 @@ def _claims(control, run, faults, followed=None):
     """
     claims, theory = [], Theory()
     with _keeping(faults, "claims"):
-        claims = _checked(call(control.all_claims, run.hand[0]), run, faults)
+        claims = checked_claims(call(control.all_claims, run.hand[0]), run, faults)
     with _keeping(faults, "energy"):
         claims = claims + call(certificate_claims, control, run)
     if run.estimate is not None:
@@ -293,7 +293,7 @@ def _of_points(control, run):
     """Return the claims that ``control`` makes of points, with the tolerances typed for them, by name."""
     points = copy.copy(control)
     points._keep(fidelity="point_mass", deadband=0.0)
-    made = _checked(call(points.all_claims, run.hand[0]), run, [])
+    made = checked_claims(call(points.all_claims, run.hand[0]), run, [])
     return {claim.name: claim for claim in made if isinstance(claim, Claim)}
 
 
@@ -306,7 +306,7 @@ def _unbanded(control, run):
         return {}
     own = copy.copy(control)
     own._keep(deadband=0.0)
-    made = _checked(call(own.all_claims, run.hand[0]), run, [])
+    made = checked_claims(call(own.all_claims, run.hand[0]), run, [])
     return {claim.name: claim.tolerance for claim in made if isinstance(claim, Claim)}
 
 
@@ -431,7 +431,7 @@ def _resumed(control, run, row, theory):
     return rest
 
 
-def _checked(claims, run, faults):
+def checked_claims(claims, run, faults):
     """Return those of ``claims`` that can be judged, with plain values; the others go to ``faults``."""
     kept, wrong = [], []
     for claim in claims:

@@ -240,7 +240,7 @@ def _obeyed(run, obedience):
     """Return the checks of ``obedience`` of ``run`` until bodies touch or one falls, a list."""
     if obedience is None or run.meta.get("uncommanded") or run.meta.get("degraded"):
         return []
-    broken_off = _first_break(run)
+    broken_off = first_break(run)
     if broken_off is None:
         return obedience(run)
     until = part_of(run, slice(0, int(np.searchsorted(run.time, broken_off[0]))))
@@ -311,6 +311,15 @@ def exit_code(verdict, required=False):
     return codes[outcome_of(verdict)]
 
 
+def margin_of(check):
+    """Return what a ``check``, a mapping, has to spare in its unit: less than 0 if it failed; or None."""
+    if check.get("difference") is None or check.get("tolerance") is None:
+        return None
+    said = check["note"].split(", ")[0]
+    relation = said if said in ("at most", "at least") else "equal"
+    return check["tolerance"] - _excess(check["difference"], relation)
+
+
 def _collisions(run, led=None):
     """Return the check of collisions, which fails unless theory leads all these pairs there, ``led``."""
     if run.meta.get("collisions_unknown"):
@@ -368,7 +377,7 @@ def _checks(run, claims, theory=NO_THEORY):
     What compares with the law itself is judged whether or not a theorem's conditions hold.
     """
     checks = [_held(claim) for claim in claims if isinstance(claim, Condition)]
-    unproved, broken_off = _broken(claims), _first_break(run)
+    unproved, broken_off = _broken(claims), first_break(run)
     for claim in claims:
         if isinstance(claim, Condition):
             continue
@@ -408,7 +417,7 @@ def _held(condition):
     )
 
 
-def _first_break(run):
+def first_break(run):
     """Return when [s] the run's first collision or incident was, and which, in words; None for none."""
     found = [(c.time, "{} and {} touched".format(c.first, c.second)) for c in run.collisions]
     incidents = run.meta.get("incidents", ())
@@ -559,7 +568,7 @@ def _judged_late(run, claim, theory):
         late = late.again()
     if late.run is None or claim.name not in late.claims:
         return _measured_only(run, claim, late.why)
-    rest, found = late.run, _first_break(late.run) if claim.motion else None
+    rest, found = late.run, first_break(late.run) if claim.motion else None
     if found is not None:
         rest = part_of(rest, slice(0, int(np.searchsorted(rest.time, found[0]))))
         if len(rest.time) < FEWEST_SAMPLES:

@@ -104,3 +104,20 @@ def predicates(formula):
     if isinstance(formula, Predicate):
         return [formula]
     return [each for child in children(formula) for each in predicates(child)]
+
+
+def ending(formula, duration):
+    """Return ``formula`` as it is of a run that goes on to ``duration`` [s].
+
+    There windows that reach to the end are bounded, and leave open what is not known yet.
+    """
+    if isinstance(formula, Predicate):
+        return formula
+    if isinstance(formula, (And, Or)):
+        return type(formula)(tuple(ending(each, duration) for each in formula.operands))
+    names = ("left", "right") if isinstance(formula, Until) else ("operand",)
+    changed = {name: ending(getattr(formula, name), duration) for name in names}
+    begin, end = getattr(formula, "window", (0.0, 0.0))
+    if math.isinf(end):
+        changed["window"] = begin, max(begin, duration)
+    return formula._replace(**changed)

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.pictures.signs import MANY_ROBOTS
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
+from mrs_simulator.rqt_plugin.map.forecast import draw_forecast
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
@@ -46,6 +47,9 @@ class PaintedMap(MapScene):
             axes.draw_scale_bar(painter, style, self.frame)
             self._paint_last_run(painter, style)
             self._paint_edited(painter, style)
+            if self._has_forecast():
+                paths = self.forecast, self.team.numbers
+                draw_forecast(painter, style, self.frame, *paths)
             self._paint_sensors(painter, style)
             remark = self._paint_edges(painter, style)
             if self.shown["targets"] and self.targets is not None:
@@ -214,6 +218,8 @@ class PaintedMap(MapScene):
             shown |= {"start", "trail"}
         if self.last_run is not None:
             shown.add("last run")
+        if self._has_forecast():
+            shown.add("forecast")
         if self.shown["targets"] and self.targets is not None:
             shown.add("target")
         if self.shown["edges"] and self.edges.list:

@@ -37,6 +37,7 @@ MODES = (
 )
 SHOWN = (
     ("trails", "Trails", "trajectories"),
+    ("forecast", "Prediction", "where theory has the robots go, before a run"),
     ("targets", "Targets", "targets of the robots"),
     ("edges", "Graph", "edges of the graph"),
     ("numbers", "Numbers", "the robots' numbers"),

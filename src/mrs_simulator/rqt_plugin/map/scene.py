@@ -31,7 +31,7 @@ HINTS = {
 }
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
 REACH = 10.0  # [m] about a small team within which obstacles are brought into view
-LAYERS = ("trails", "targets", "edges", "numbers", "legend")
+LAYERS = ("trails", "forecast", "targets", "edges", "numbers", "legend")
 
 
 class MapScene(QWidget):
@@ -47,6 +47,7 @@ class MapScene(QWidget):
         self.readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self.selected = set(), 0
         self.targets, self._target_z, self.obstacles = None, None, ()
+        self.forecast = None  # (k, n, 2) [m] where theory has the robots go
         self._standing, self._movers, self._moving = (), (), ()
         self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
         self.edges = Edges()
@@ -176,6 +177,17 @@ class MapScene(QWidget):
             self._target_z = points[:, 2] if points.shape[1] > 2 else None
         self.update()
 
+    def show_forecast(self, paths):
+        """Show ``paths`` (k, n, 2) [m] that theory has robots take to where they end, None for none."""
+        if paths is not self.forecast:
+            self.forecast = paths
+            self.update()
+
+    @property
+    def is_at_rest(self):
+        """Return whether the robots stand where a run begins, in no run."""
+        return self._at_rest
+
     def show_topology(self, edges, directed=True):
         """Show ``edges``, a list of (i, j, weight): robot i receives from robot j."""
         self.edges = Edges(edges, directed)
@@ -239,6 +251,10 @@ class MapScene(QWidget):
         (self._hidden_trails.discard if shown else self._hidden_trails.add)(int(number))
         self.update()
 
+    def set_forecast_shown(self, shown):
+        """Show or hide where theory has the robots go."""
+        self._set_shown("forecast", shown)
+
     def set_targets_shown(self, shown):
         """Show or hide the desired positions."""
         self._set_shown("targets", shown)
@@ -292,6 +308,10 @@ class MapScene(QWidget):
         parts = [self.team.pose[self.team.known, :2]]
         if everything and self.targets is not None and self.shown["targets"]:
             parts.append(self.targets[np.isfinite(self.targets).all(axis=1)])
+        if everything and self._has_forecast():
+            parts.append(
+                self.forecast.reshape(-1, 2)[np.isfinite(self.forecast).all(axis=2).ravel()]
+            )
         if everything and self.shown["trails"]:
             parts.append(self.trails.bounds())
         points = np.concatenate(parts)
@@ -300,6 +320,11 @@ class MapScene(QWidget):
         low, high = points.min(axis=0), points.max(axis=0)
         reach = np.inf if self._whole else max(REACH, np.max(high - low))
         return np.stack(with_obstacles(low, high, self.obstacles, reach))
+
+    def _has_forecast(self):
+        """Return whether there are paths of this team to be seen."""
+        paths = self.forecast if self.shown["forecast"] else None
+        return paths is not None and paths.shape[1] == len(self.team.numbers)
 
     def _look_at(self, points, room):
         if len(points):

@@ -35,6 +35,8 @@ class EditedScenario:
         self.laws, self._background = LawProcess(), LawProcess(LONGEST_PREDICTION)
         self._prediction = DebouncedWorker(PREDICTION_REST)
         self._run_prediction = DebouncedWorker(PREDICTION_REST)
+        self._forecast = DebouncedWorker(PREDICTION_REST)
+        self.take_forecast = self._forecast.take
         self.take_prediction = self._prediction.take
         self.take_run_prediction = self._run_prediction.take
 
@@ -45,8 +47,12 @@ class EditedScenario:
         self.predict(scenario)
 
     def predict(self, scenario):
-        """Compute the prediction for ``scenario`` in the background, for ``take_prediction``."""
+        """Compute the prediction for ``scenario`` in the background, for ``take_prediction``.
+
+        Its paths are for ``take_forecast``.
+        """
         self._prediction.ask(lambda: self._background.ask("prediction", scenario))
+        self._forecast.ask(lambda: self._background.ask("forecast", scenario))
 
     def predict_run(self, scenario, poses):
         """Compute the prediction of a run from ``poses`` (n, 3), for ``take_run_prediction``.
@@ -196,5 +202,6 @@ class EditedScenario:
         """End the laws' processes."""
         self._prediction.ask(None)
         self._run_prediction.ask(None)
+        self._forecast.ask(None)
         self.laws.close()
         self._background.close()

@@ -49,7 +49,7 @@ class RunFiles:
 
         ``more``: options of ``report`` for what it is to write besides.
         """
-        write, recorded = self._writing(history, directory), history.recorded
+        write, recorded = self.writing(history, directory), history.recorded
         self._cancelled.clear()
 
         def report(share):
@@ -112,7 +112,7 @@ class RunFiles:
         """Return a function that writes the data of an unsaved run to the shelf, and returns a message."""
         ran = self.ran(history)
         directory = self._shelf.new_directory(ran[0].title)
-        write = self._writing(history, directory, ran)
+        write = self.writing(history, directory, ran)
         return lambda: self._kept(write, directory)
 
     @staticmethod
@@ -153,7 +153,7 @@ class RunFiles:
         alone = history.real.issuperset(history.numbers)
         return self._connection.first_stamp() if alone else 0.0
 
-    def _writing(self, history, directory, ran=None):
+    def writing(self, history, directory, ran=None):
         """Return a function that writes a run's data, and returns its path; from any thread.
 
         It calls ``report``, if given, with the share that is written, after each hundredth.  ``ran``: what
@@ -184,7 +184,7 @@ class RunFiles:
         return lambda report=lambda share: None: write_run(run, scenario, directory, meta, report)
 
     def _copying(self, run, directory):
-        """As :meth:`_writing`, of a ``History`` ``run`` that a program records."""
+        """As :meth:`writing`, of a ``History`` ``run`` that a program records."""
 
         def copied(report=lambda share: None):
             sizes = self._connection.finish_record(run.recorded)

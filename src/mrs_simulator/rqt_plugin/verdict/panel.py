@@ -1,4 +1,4 @@
-"""The verdict on a run as a table."""
+"""The verdict on a run as a table, and how its claims stand while it goes on."""
 
 from mrs_simulator.core.claims import QUESTIONS
 from mrs_simulator.rqt_plugin.qt.QtCore import Signal
@@ -9,7 +9,15 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 from mrs_simulator.verdict.requirements.results import known_bound, line_of
-from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, SELF_CONSISTENT, outcome_of
+from mrs_simulator.verdict.standing import STANDS
+from mrs_simulator.verdict.verdict import (
+    FAILED,
+    NOT_JUDGED,
+    PASSED,
+    SELF_CONSISTENT,
+    margin_of,
+    outcome_of,
+)
 
 HEADERS = (
     ("about", "Theorem, law, robots: which question the row answers; or a requirement"),
@@ -19,6 +27,7 @@ HEADERS = (
     ("measured", "The value in this run; of a requirement its robustness"),
     ("difference", "Measured minus predicted"),
     ("tolerance", "The largest difference that passes"),
+    ("margin", "What the claim has to spare, in its unit; less than 0 where it is missed"),
     ("remark", "How they are compared, or why the claim does not apply"),
 )
 CLAIM, RESULT = 1, 2  # columns
@@ -33,19 +42,21 @@ TITLES = {
     FAILED: "FAILED",
     NOT_JUDGED: "not judged",
 }
-BEFORE = "No verdict yet. Saving a run compares it with its protocol's theory."
+BEFORE = "No verdict yet: how claims stand is shown here while a run goes on."
 MOST_GAPS = 12
 REQUIREMENT = "requirement"
 
 
 class VerdictPanel(QWidget):
-    """Shows what ``verdict.json`` holds."""
+    """Shows what ``verdict.json`` holds, or how claims stand in a run that goes on."""
 
+    headline_changed = Signal(str)  # the outcome in a word or two, "" without one
     row_chosen = Signal(object)  # a check of the verdict, or a requirement stated as one
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.verdict = None  # as in verdict.json, None before the first
+        self.is_live = False  # whether a run goes on whose claims are shown
         self._title, self._more = MessageLabel("aside"), MessageLabel("aside")
         self._table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
         self._copy = QPushButton("Copy")
@@ -72,9 +83,40 @@ class VerdictPanel(QWidget):
     def _on_row(self, row, _):
         self.row_chosen.emit(self._checks[row])
 
+    def set_standings(self, rows, time, duration):
+        """Show how claims stand, ``rows`` as of ``standing.standings``, ``time`` [s] into a run."""
+        self.verdict, self.is_live = None, True
+        rows = sorted(rows, key=_place)
+        counts = [(sum(row["standing"] == stand for row in rows), stand) for stand in STANDS]
+        said = ", ".join("{} {}".format(*each) for each in counts if each[0])
+        failing = counts[1][0]
+        title = "Running, {:.1f} of {:g} s: {}".format(time, duration, said)
+        self._title.say(title, "error" if failing else "aside")
+        self._show_rows(rows, [row["standing"] for row in rows])
+        self._more.say("")
+        self.headline_changed.emit("{} failing".format(failing) if failing else "on course")
+
+    def show_trouble(self, text):
+        """Show in place of a verdict why there is none."""
+        self.clear()
+        self.is_live = True
+        self._title.say(text, "error")
+
+    def _show_rows(self, checks, words):
+        """Show ``checks`` with their results in ``words``; rows that stand as before keep their place."""
+        cells = [_cells(check, word) for check, word in zip(checks, words)]
+        tips, before = [_tip(check) for check in checks], [_kept(check) for check in self._checks]
+        self._checks = checks
+        self._copy.setEnabled(True)
+        if before == [_kept(check) for check in checks]:
+            self._table.change_texts(cells, tips)
+            return
+        tints = [(row, RESULT, TINTS[check["passed"]]) for row, check in enumerate(checks)]
+        self._table.set_rows(cells, tips, tints)
+
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
-        self.verdict = verdict
+        self.verdict, self.is_live = verdict, False
         wanted = map(_as_check, verdict.get("requirements", []))
         checks = sorted([*verdict["checks"], *wanted], key=_place)
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
@@ -85,18 +127,14 @@ class VerdictPanel(QWidget):
         self._title.say(
             "{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]]
         )
-        self._checks = checks
-        self._table.set_rows(
-            [_cells(check) for check in checks],
-            [_tip(check) for check in checks],
-            [(row, RESULT, TINTS[check["passed"]]) for row, check in enumerate(checks)],
-        )
+        self._show_rows(checks, [WORDS[check["passed"]] for check in checks])
         self._more.say(_more(verdict))
-        self._copy.setEnabled(True)
+        self.headline_changed.emit(TITLES[outcome])
 
     def clear(self):
         """Show no verdict: the run that it was on is gone."""
-        self.verdict = None
+        self.verdict, self.is_live = None, False
+        self.headline_changed.emit("")
         self._title.say(BEFORE, "aside")
         self._checks = []
         self._table.set_rows([])
@@ -138,10 +176,16 @@ def _place(check):
     return (*QUESTIONS, REQUIREMENT).index(check["question"]), ORDER.index(check["passed"])
 
 
-def _cells(check):
+def _kept(check):
+    """Return what a row has to share with the one before it for its cells to stay."""
+    return check["question"], check["name"], check["passed"]
+
+
+def _cells(check, word):
     numbers = [shown(check[key]) for key in ("predicted", "measured", "difference", "tolerance")]
+    margin = shown(check["margin"] if "margin" in check else margin_of(check))
     name = symbolic(check["name"])
-    return [check["question"], name, WORDS[check["passed"]], *numbers, symbolic(check["note"])]
+    return [check["question"], name, word, *numbers, margin, symbolic(check["note"])]
 
 
 def _tip(check):

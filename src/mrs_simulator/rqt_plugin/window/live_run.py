@@ -30,6 +30,8 @@ class LiveRun:
         self._last_control = None
         self._reported_trouble = ""  # by the controller
         self._dismissed = ()  # the controller's warnings that the user has closed
+        self.ran = None  # the scenario that the run began with, and facts of it, once it has begun
+        self._forecast = None  # where theory has the robots of the scenario go, (k, n, 2) [m]
         self._of_run, self._until = False, math.inf  # whether theory is of the run; [s] until when
 
     def put_away(self):
@@ -133,6 +135,7 @@ class LiveRun:
 
         Later edits concern a run only once its controller applies them.
         """
+        self._forecast = None  # that of what was
         if not self._of_run:
             edited = self._study.edited
             self._panels.curves.set_error(edited.error_function(), background=edited.is_users_law)
@@ -145,6 +148,7 @@ class LiveRun:
         """
         history, study = self._history, self._study
         if history.begun is None:
+            self.ran = None
             if self._of_run:
                 self._of_run = False
                 self.show_theory()
@@ -164,7 +168,8 @@ class LiveRun:
     def _show_theory_of_run(self):
         """Measure the error from the current targets; show theory until the first change."""
         history, edited = self._history, self._study.edited
-        ran, facts = self._study.files.ran(history)
+        self.ran = self._study.files.ran(history)
+        ran, facts = self.ran
         changes = read_changes(facts.get("changes", []))
         now, known = changed_by(ran, changes), "unknown_law" not in facts
         foreign = now.control.protocol not in HOMES
@@ -180,12 +185,21 @@ class LiveRun:
             self._panels.topology.set_convergence_time(answer.settling)
             if not self._of_run:
                 self._panels.curves.set_prediction(answer.time, answer.error)
+        self._show_forecast()
         found = self._study.edited.take_run_prediction()
         if found is not None and self._of_run:
             when, error, _ = self._answer(found)
             rows = None if when is None else np.asarray(when) <= self._until
             shown = (None, None) if rows is None else (when[rows], error[rows])
             self._panels.curves.set_prediction(*shown)
+
+    def _show_forecast(self):
+        """Show where theory has the robots go, until they do."""
+        found, shown = self._study.edited.take_forecast(), self._panels.map
+        if found is not None:
+            self._forecast = found[0]  # of an error the prediction speaks
+        moves = shown.is_past or (self._of_run and not shown.is_at_rest)
+        shown.show_forecast(None if moves else self._forecast)
 
     def _answer(self, found):
         """Return the ``Prediction`` found; an empty one, with a message, where there was an error."""

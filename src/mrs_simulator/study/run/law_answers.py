@@ -14,11 +14,13 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.writing import MOST_PRINTED, Limited
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.study.results.report import predicted_settling
+from mrs_simulator.study.run.run_so_far import standings_of, verdict_on
 from mrs_simulator.verdict.derived.asking import start_points, velocities_at
-from mrs_simulator.verdict.theory.meetings import meetings_ahead
+from mrs_simulator.verdict.theory.meetings import LONG, meetings_ahead, start_run, track_ahead
 from mrs_simulator.verdict.user_values import texts_of
 
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
+DRAWN_SAMPLES = 100  # [-] of the paths on the map
 MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
 
 
@@ -96,6 +98,20 @@ def prediction(scenario):
     return Prediction(*_predicted_error(control, start, when), settling)
 
 
+def forecast(scenario):
+    """Return where theory has the controlled points until the end of the run, (k, n, 2) [m].
+
+    ``k`` is 1 where only the places are known at which they end; None where nothing is.
+    """
+    control = make_control(scenario)
+    run = start_run(control, scenario)
+    track = None if run.hand[..., 0].size > LONG else track_ahead(control, run)
+    if track is None:
+        return None
+    rows = np.linspace(0, len(track[0]) - 1, min(len(track[0]), DRAWN_SAMPLES)).astype(int)
+    return np.array(track[0][rows][..., :2])
+
+
 _PRINTED = Limited(SimpleNamespace(value=MOST_PRINTED))
 
 
@@ -123,5 +139,15 @@ def _largest_error(control, hand):
 
 ANSWERS = {
     function.__name__: function
-    for function in (facts, parameters_with, errors, prediction, velocities, start_points)
+    for function in (
+        facts,
+        parameters_with,
+        errors,
+        prediction,
+        forecast,
+        velocities,
+        start_points,
+        standings_of,
+        verdict_on,
+    )
 }

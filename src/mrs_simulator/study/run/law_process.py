@@ -14,7 +14,8 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.study.run import law_answers
 
 LIMIT = 30.0  # [s] of wall time for one answer, the import of the law's file included
-LONG = ("prediction",)  # answers that may take seconds, whatever the law
+# Answers that may take seconds, whatever the law.
+LONG = ("prediction", "forecast", "standings_of", "verdict_on")
 GRACE = 0.1  # [s] of wall time for an answer before ``waiting`` is called
 
 

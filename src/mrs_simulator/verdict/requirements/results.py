@@ -5,7 +5,7 @@ import traceback
 import numpy as np
 
 from mrs_simulator.core.doc_links import named
-from mrs_simulator.core.temporal_logic.formula import predicates
+from mrs_simulator.core.temporal_logic.formula import ending, predicates
 from mrs_simulator.scenario.requirements import RESULT_KEYS
 from mrs_simulator.verdict.user_values import plain
 
@@ -25,19 +25,21 @@ def requirement_results(control, run):
     return evaluated(control, run)
 
 
-def evaluated(control, run):
+def evaluated(control, run, goes_on=False):
     """Return what became of each requirement at the samples of ``run``, a list of plain mappings.
 
     ``name``, ``formula``; ``met``, None where the run leaves it open; ``low`` and ``high``, the bounds
     of its robustness, None where infinite; ``predicate``: the comparison that decided, ``margin``
     [``unit``] what it had to spare at ``time`` [s], ``member`` whose it was; ``decided_at`` [s];
     ``grade`` [``unit``]: the mean of its smallest margins; ``scale`` [``unit``]: its constant; ``period``
-    [s], the longest between two samples; ``note``: why it was not evaluated, or "".
+    [s], the longest between two samples; ``note``: why it was not evaluated, or "".  ``goes_on``: whether
+    these are the first samples of a run that is to last as long as its scenario says.
     """
     scenario = run.scenario
     period = float(np.diff(run.time).max()) if len(run.time) > 1 else 0.0
     return [
-        _result(each, control, run, period) for each in (scenario.requirements if scenario else ())
+        _result(each, control, run, period, scenario.duration if goes_on else None)
+        for each in (scenario.requirements if scenario else ())
     ]
 
 
@@ -53,7 +55,7 @@ def _begun(requirement, period, note=""):
     return result
 
 
-def _result(requirement, control, run, period):
+def _result(requirement, control, run, period, duration):
     # Most runs have no requirement.
     from mrs_simulator.core.temporal_logic.robustness import evaluate
     from mrs_simulator.core.temporal_logic.syntax import FormulaError
@@ -61,6 +63,8 @@ def _result(requirement, control, run, period):
 
     result = _begun(requirement, period)
     formula = requirement.formula
+    if duration is not None:
+        formula = ending(formula, duration)
     names = {name for each in predicates(formula) for name in each.signals}
     try:
         signals = {name: signal_of(name, control, run) for name in sorted(names)}
@@ -79,6 +83,13 @@ def _result(requirement, control, run, period):
 def known_bound(result):
     """Return the robustness of a requirement that is met or broken, of an open one None."""
     return {True: result["low"], False: result["high"], None: None}[result["met"]]
+
+
+def bound_of(result):
+    """Return the robustness of a requirement, of an open one what is known of it: at most, or at least."""
+    if result["met"] is not None:
+        return known_bound(result)
+    return result["low"] if result["high"] is None else result["high"]
 
 
 def summary(results):

@@ -59,6 +59,13 @@ def theory_track(control, run, exact, claims):
     return (np.broadcast_to(places[0], (1,) + start.shape), time[-1:]) if places else None
 
 
+def track_ahead(control, run):
+    """Return the :func:`theory_track` of a ``run`` of which the start alone is known."""
+    exact = call(exact_run, control, run)
+    claims = [] if exact is not None else call(control.all_claims, run.hand[0])
+    return theory_track(control, run, exact, claims)
+
+
 def meetings_ahead(control, scenario):
     """Return a list with the warning that theory leads bodies of ``scenario`` together, or none.
 
@@ -66,20 +73,18 @@ def meetings_ahead(control, scenario):
     """
     other = scenario.events or scenario.control.safety or control.links.faults
     starts = np.asarray(scenario.starts, dtype=float)
-    run = _start_run(control, scenario)
+    run = start_run(control, scenario)
     if scenario.fidelity == "point_mass" or other or run.hand[..., 0].size > LONG:
         return []
     try:
-        exact = call(exact_run, control, run)
-        claims = [] if exact is not None else call(control.all_claims, run.hand[0])
-        track = theory_track(control, run, exact, claims)
+        track = track_ahead(control, run)
         found = track and meetings(control.team, *track, z=starts[:, 3:].sum(axis=1))
     except Exception:  # of a law of one's own: what its claims raise, the verdict reports
         return []
     return [AHEAD.format(_named(found))] if found else []
 
 
-def _start_run(control, scenario):
+def start_run(control, scenario):
     """Return the ``Run`` of ``scenario`` in which nothing has moved yet: its samples, and the start."""
     steps, every = int(round(scenario.duration / scenario.step)), scenario.steps_per_record
     time = np.arange(0, steps + 1, every) * scenario.step

@@ -51,4 +51,9 @@ class MrsSimulator(Plugin):
         """Take up scenario, layout and the user's own programs, none of which is started."""
         settings = {key: instance_settings.value(key) for key in KEYS}
         # Later, as a user's law may take its time: rqt is to have its windows up by then.
-        QTimer.singleShot(0, guarded(lambda: self._widget.restore_settings(settings)))
+        QTimer.singleShot(0, guarded(lambda: self._begin(settings)))
+
+    def _begin(self, settings):
+        self._widget.restore_settings(settings)
+        if not settings["scenario"]:  # a new place in rqt
+            self._widget.start.begin()

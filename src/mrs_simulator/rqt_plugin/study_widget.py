@@ -24,6 +24,7 @@ from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.shelf import ShelfControl
+from mrs_simulator.rqt_plugin.window.start import Start
 from mrs_simulator.rqt_plugin.window.status import Status
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
 from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
@@ -70,6 +71,8 @@ class StudyWidget(StudyPanels):
         self.preflight.start_asked.connect(self._on_start_anyway)
         self.hide_absent(connection.absent)
         self.show_scenario(scenario)
+        self.files.saved_text = self.files.text()
+        self.start = Start(self, self.files)
         self.edits = UnsavedEdits(autosave, self, self.study, self.files, self._restored)
         self._start_timer(FRAME, self._on_frame)
         self._start_timer(TICK, self._on_tick)
@@ -214,6 +217,7 @@ class StudyWidget(StudyPanels):
         self.results.close()
         self.opened.end()
         self.shelf_control.close()
+        self.files.keep_unsaved()
         self.edits.forget()
         self._errors.close()
         self.bar.release_keys()

@@ -119,6 +119,8 @@ def run_window(application, study, name, arguments, run=""):
     study.restore_settings(kept)
     if run:
         study.shelf_control.open(run)
+    elif not arguments.scenario:
+        study.start.begin()
     spare_garbage_collection()
     return application.exec_()
 

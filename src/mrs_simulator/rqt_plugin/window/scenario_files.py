@@ -4,6 +4,7 @@ import os
 
 from mrs_simulator.protocols.loading import from_anywhere
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
+from mrs_simulator.rqt_plugin.start.memory import StartMemory
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import load_scenario
@@ -21,8 +22,8 @@ class ScenarioFiles:
         self._live, self._team = live, pending_team
         # Where the GUI was started, or where the last file was: not where Qt has been last.
         self.directory = os.getcwd()
+        self.memory = StartMemory()
         self.saved_text = None  # what the scenario's file holds, as far as is known
-        panels.team.open_requested.connect(self.ask_to_open)
         panels.team.save_requested.connect(self.ask_to_save)
         panels.protocol.file_requested.connect(self._on_protocol_file)
 
@@ -33,6 +34,7 @@ class ScenarioFiles:
     def load(self, path):
         """Open the scenario file at ``path``; on an error, show it and keep the old scenario."""
         say = self._panels.say
+        self.keep_unsaved()
         try:
             self._editing.take(load_scenario(path))
         except Exception as error:  # its protocol may raise anything
@@ -41,10 +43,23 @@ class ScenarioFiles:
         self._live.put_away()
         self._panels.map.fit(whole=True)  # without the trails of the run before
         self.saved_text = self.text()
+        self.memory.opened(path, self.saved_text)
         say("opened {}".format(path))
         say(self._study.control.follow_protocol())
         say(self._study.stage.kept())
         self._team.changed()
+
+    def keep_unsaved(self):
+        """Keep edits that no file has in one of their own, which the picker offers."""
+        text = self.text()
+        if self.saved_text in (None, text) or self.memory.is_saved(text):
+            return
+        try:
+            path = self.memory.keep_edits(text, self._study.scenario.title)
+        except OSError as error:
+            self._panels.say(ErrorMessage("unsaved edits were not kept: {}".format(error)))
+        else:
+            self._panels.say("unsaved edits are kept in {}".format(path))
 
     def save(self, path):
         """Write the scenario as edited so far to the file at ``path``."""
@@ -56,6 +71,7 @@ class ScenarioFiles:
             self._panels.say(ErrorMessage("not saved: {}".format(error)))
             return
         self.saved_text = text
+        self.memory.opened(path, text)
         self._panels.say("saved {}".format(path))
 
     def ask(self, title, start, kinds, chosen, saves=False):
@@ -77,6 +93,7 @@ class ScenarioFiles:
         """Ask for a scenario to open."""
         self.ask("Open scenario", "", SCENARIOS, self.open_unless_controlled)
 
+    @guarded
     def open_unless_controlled(self, path):
         """Open the scenario file at ``path``, unless a controller runs."""
         if self._study.is_controlled():  # since the dialog was opened

@@ -1,0 +1,147 @@
+"""A tour of the window: six notes, each beside what it is about."""
+
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QPoint, QRect, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+)
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+WIDE = 20  # [lines of text] of a note
+RING = "QFrame#ring {{ border: 2px solid {}; border-radius: 4px; background: transparent; }}"
+NOTE = "QFrame#note {{ border: 2px solid {}; border-radius: 4px; background: palette(base); }}"
+
+
+class Tour(QFrame):
+    """One note over the window at a time; it takes no mouse or keys but on itself."""
+
+    ended = Signal()  # by its last step, or its button
+
+    def __init__(self, panels, steps):
+        """``steps``: of a function that returns the widget, and a text, each."""
+        super().__init__(panels)
+        self._panels, self._steps, self._step = panels, steps, 0
+        self.setObjectName("note")
+        hue = self.palette().color(QPalette.Highlight).name()
+        self.setStyleSheet(NOTE.format(hue))
+        self._ring = QFrame(panels)
+        self._ring.setObjectName("ring")
+        self._ring.setStyleSheet(RING.format(hue))
+        self._ring.setAttribute(Qt.WA_TransparentForMouseEvents)
+        self._text, self._count = QLabel(), QLabel()
+        self._text.setWordWrap(True)
+        self._text.setTextFormat(Qt.RichText)
+        self.next, self.close_button = QPushButton("Next"), QPushButton("Close, never show again")
+        self.next.clicked.connect(self._on_next)
+        self.close_button.clicked.connect(self._on_close)
+        row, column = QHBoxLayout(), QVBoxLayout(self)
+        row.addWidget(self._count, 1)
+        row.addWidget(self.close_button)
+        row.addWidget(self.next)
+        column.addWidget(self._text)
+        column.addLayout(row)
+        self.setFixedWidth(max(WIDE * self.fontMetrics().height(), row.sizeHint().width() + 24))
+        panels.installEventFilter(self)
+        self._show()
+
+    def eventFilter(self, watched, event):
+        """Stay beside what the note is about."""
+        if event.type() == QEvent.Resize:
+            self._place()
+        return False
+
+    def _show(self):
+        self._text.setText(self._steps[self._step][1])
+        self._count.setText("{} of {}".format(self._step + 1, len(self._steps)))
+        is_last = self._step == len(self._steps) - 1
+        self.next.setText("Done" if is_last else "Next")
+        self.close_button.setVisible(not is_last)
+        self._place()
+        self.show()
+        self.raise_()
+
+    @guarded
+    def _place(self):
+        """Put ring and note; where there is no room below what it is about, above or over it."""
+        target = self._steps[self._step][0]()
+        corner = target.mapTo(self._panels, QPoint(0, 0))
+        about = QRect(corner, target.size()).intersected(self._panels.rect())
+        self._ring.setVisible(target.isVisible())
+        self._ring.setGeometry(about.adjusted(-2, -2, 2, 2))
+        self._ring.raise_()
+        self.resize(self.width(), self.heightForWidth(self.width()))
+        room = self._panels.rect().adjusted(6, 6, -6, -6)
+        top = about.bottom() + 8
+        if top + self.height() > room.bottom():
+            top = about.top() - 8 - self.height()
+        if top < room.top():
+            top = about.center().y() - self.height() // 2
+        left = max(room.left(), min(about.left(), room.right() - self.width()))
+        self.move(left, max(room.top(), top))
+        self.raise_()
+
+    @guarded
+    def _on_next(self, *_):
+        if self._step + 1 == len(self._steps):
+            self._on_close()
+        else:
+            self._step += 1
+            self._show()
+
+    @guarded
+    def _on_close(self, *_):
+        self._panels.removeEventFilter(self)
+        self.hide()
+        self._ring.hide()
+        self._ring.deleteLater()
+        self.deleteLater()
+        self.ended.emit()
+
+
+def steps_of(panels):
+    """Return the six steps of the window ``panels``."""
+    tabs = panels.settings_tabs, panels.results_tabs
+
+    def bar_of(page):
+        found = next(each for each in tabs if each.indexOf(_page(each, page)) >= 0)
+        return found.tabBar()
+
+    return (
+        (
+            lambda: bar_of("Team"),
+            "<b>What is run.</b> The team and its initial poses, the protocol with its parameters, and the "
+            "topology. <i>Open scenario...</i> offers scenarios to begin with.",
+        ),
+        (
+            lambda: panels.map_panel.modes["look"].parentWidget(),
+            "<b>By mouse.</b> Choose here what the mouse does on the map: move robots, connect them, draw "
+            "obstacles, measure.",
+        ),
+        (
+            lambda: panels.bar.button("run"),
+            "<b>Run</b> (F5) simulates the scenario from its beginning for its duration, and judges "
+            "the run.",
+        ),
+        (
+            lambda: panels.bar.button("emergency"),
+            "<b>Emergency stop</b> (F8) stops all robots, also real ones, until it is released.",
+        ),
+        (
+            lambda: panels.time_line,
+            "<b>Any moment.</b> Drag here, during a run or after it: map, 3D view and curves follow.",
+        ),
+        (
+            lambda: panels.results_tabs.tabBar(),
+            "<b>Results.</b> Curves, the verdict claim by claim, and what robots sense. Each run is kept "
+            "in the tab <i>Runs</i>; <i>Save...</i> writes it with its figures where you want it.",
+        ),
+    )
+
+
+def _page(tabs, name):
+    pages = (tabs.widget(place) for place in range(tabs.count()))
+    return next((page for page in pages if page.objectName() == name), None)

@@ -55,9 +55,11 @@ def study(runs):
 
 def frame(widget):
     widget.opened.follow()
+    widget.comparison_control.follow()
     widget.shelf_control.follow()
     widget.replay.show_frame()
     widget.live.show_frame()
+    widget.comparison_control.show_frame()
 
 
 def until(widget, condition):
@@ -100,6 +102,37 @@ def test_a_click_shows_a_run_at_any_moment_and_another_button_the_window_s_own(s
     frame(study)
     np.testing.assert_allclose(study.map.team.pose, own)
     assert study.time_line.label.text() == "no run yet" and study.verdict.verdict is None
+
+
+def test_two_gains_are_compared_in_curves_on_the_map_and_in_tables(study):
+    opened(study, 0)
+    click(study, 1, in_box=True)
+    until(study, lambda: study.map.ghosts)
+    assert study.results_tabs.currentWidget() is study.curves
+    assert study.opened.run.path.endswith("run1")  # a box shows no other run
+    curves = study.curves._data()[0]
+    assert [curve.name for curve in curves[3:5]] == ["Robot 4", "Robot 1, k 0.02"]
+    styles = {(curve.run, str(curve.style["ls"])) for curve in curves}
+    assert styles == {("k 0.05", "-"), ("k 0.02", "(0, (5, 2))")}
+    # A ghost is where its robots were as long after their start.
+    study.replay.cursor.go(3.0)
+    frame(study)
+    (ghost,) = study.map.ghosts
+    other = read_run_csv(os.path.join(study.shelf.list.runs.entries[1].path, "run.csv"))
+    row = np.flatnonzero(np.isclose(other.time, 3.0))[0]
+    np.testing.assert_allclose(ghost.scene.state.pose, other.pose[row])
+    np.testing.assert_allclose(ghost.trails[0][-1], other.pose[row, 0, :2])
+    assert (ghost.name, study.map.own_name) == ("k 0.02", "k 0.05")
+    table, claims = study.comparison.parameters, study.comparison.claims
+    assert [table.text(0, column) for column in range(3)] == ["k", "0.05", "0.02"]
+    rows = claims.as_tsv().splitlines()
+    assert rows[0].split("\t")[1:4] == ["k 0.05, " + w for w in ("predicted", "measured", "result")]
+    (settling,) = [row.split("\t") for row in rows if row.startswith("settling time")]
+    assert settling[1] != settling[4] and len(rows) > 6
+    QTest.mouseClick(study.shelf.clear, Qt.LeftButton)
+    frame(study)
+    assert not study.map.ghosts and len(study.curves._data()[0]) == 4
+    assert study.comparison.claims is None
 
 
 def test_an_edit_and_a_mode_of_the_mouse_close_the_run(study):

@@ -7,6 +7,12 @@ import shutil
 import numpy as np
 import pytest
 
+from mrs_simulator.rqt_plugin.shelf.comparison import (
+    ComparedRun,
+    claim_rows,
+    parameter_rows,
+    told_apart,
+)
 from mrs_simulator.rqt_plugin.shelf.differences import differing, flat
 from mrs_simulator.rqt_plugin.shelf.folder import Shelf
 from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
@@ -128,6 +134,27 @@ def test_what_differs_between_scenarios_is_named_in_few_words():
     texts = [each.text for each in found]
     assert texts == ["k 0.5 \u2192 1", "rate 50 \u2192 20", "other poses", "seed \u2013 \u2192 3"]
     assert differing((flat(content), flat(content))) == []
+
+
+def test_runs_of_one_name_are_told_apart_by_what_differs():
+    runs = [ComparedRun("line", {"k": k, "T": 0.1, "seed": k}, None) for k in (1.0, 2.0)]
+    assert [run.name for run in told_apart(runs)] == ["k 1, seed 1", "k 2, seed 2"]
+    assert [run.name for run in told_apart([runs[0], runs[0]])] == ["line", "line (2)"]
+    named = [runs[0], runs[1]._replace(name="other")]
+    assert told_apart(named) == named
+    assert parameter_rows(runs) == [["k", "1", "2"], ["seed", "1", "2"]]
+
+
+def test_claims_that_turned_out_otherwise_come_first_beside_those_of_the_other_run():
+    def check(name, passed, measured):
+        return {"name": name, "passed": passed, "predicted": 1.0, "measured": measured}
+
+    first = {"checks": [check("a", True, 1.0), check("b", True, 1.0)]}
+    second = {"checks": [check("a", True, 1.1), check("b", False, 9.0), check("c", None, 0.0)]}
+    rows = claim_rows([ComparedRun("1", {}, first), ComparedRun("2", {}, second)])
+    assert [name for name, _ in rows] == ["b", "c", "a"]
+    assert [each and each["measured"] for each in rows[1][1]] == [None, 0.0]
+    assert claim_rows([ComparedRun("1", {}, None)] * 2) == []
 
 
 def test_a_few_positions_of_a_long_run_are_read_with_its_ends(tmp_path):

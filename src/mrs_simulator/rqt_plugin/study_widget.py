@@ -8,6 +8,7 @@ from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import ErrorLog
+from mrs_simulator.rqt_plugin.window.comparison import Comparison
 from mrs_simulator.rqt_plugin.window.course import Course
 from mrs_simulator.rqt_plugin.window.edge_lens import EdgeLens
 from mrs_simulator.rqt_plugin.window.export import Export
@@ -61,6 +62,9 @@ class StudyWidget(StudyPanels):
         self.export = Export(self, self.results, self.files, self.study.processes)
         self.opened = OpenedRun(self, self.study, self.live, self.replay, self.editing)
         self.course = Course(self, self.study, self.history, self.live, self.opened)
+        self.comparison_control = Comparison(
+            self, self.study, self.history, self.replay, self.opened
+        )
         self.shelf_control = ShelfControl(self, self.study.shelf, self.files, self.opened)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
@@ -150,6 +154,7 @@ class StudyWidget(StudyPanels):
     def _on_frame(self):
         self.replay.show_frame()
         self.live.show_frame()
+        self.comparison_control.show_frame()
 
     @guarded
     def _on_tick(self):
@@ -172,6 +177,7 @@ class StudyWidget(StudyPanels):
         self.live.follow_control()
         self.sensing.show()
         self.opened.follow()
+        self.comparison_control.follow()
         self.shelf_control.follow()
         self.status_line.show()
         self.edits.keep()
@@ -216,6 +222,7 @@ class StudyWidget(StudyPanels):
         self.course.close()
         self.results.close()
         self.opened.end()
+        self.comparison_control.end()
         self.shelf_control.close()
         self.files.keep_unsaved()
         self.edits.forget()

@@ -59,7 +59,7 @@ class DrawnCurves(QWidget):
         self.setAutoFillBackground(True)  # as the figure, not as the tabs around it
         self._ranges = ()
         self._live = self._source = Source(History())  # of the run of now; what is shown
-        self._others = []  # ``Source``s over it
+        self._others, self._own_name = [], THIS  # ``Source``s over it, and what it is called then
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
         self._timer = QTimer(self)
@@ -93,10 +93,18 @@ class DrawnCurves(QWidget):
             self._offer(*source.team)
             self._renew()
 
-    def compare(self, others):
-        """Draw the curves of ``others``, named ``Source``s, over those shown, as if they began with it."""
-        self._others = list(others)
+    def compare(self, others, own=""):
+        """Draw the curves of ``others``, named ``Source``s, over those shown, as if they began with it.
+
+        ``own``: the name of the run shown.
+        """
+        self._others, self._own_name = list(others), own or THIS
         self._renew()
+
+    @property
+    def source(self):
+        """Return the ``Source`` of what is shown."""
+        return self._source
 
     def set_axes(self, axes, in_space=False):
         """Offer the quantities of a team whose commands have ``axes``, names of Twist components.
@@ -272,7 +280,9 @@ class DrawnCurves(QWidget):
         if not self._others or sum(map(len, runs)) > MANY_CURVES:
             return runs[0]
         return [
-            curve._replace(style=dict(curve.style, ls=run_dash(place)), run=curve.run or THIS)
+            curve._replace(
+                style=dict(curve.style, ls=run_dash(place)), run=curve.run or self._own_name
+            )
             for place, run in enumerate(runs)
             for curve in run
         ]
@@ -284,7 +294,7 @@ class DrawnCurves(QWidget):
         run, theory = self._plot.error_styles()
         own = source.error_curve(source.begin, run)
         if own is not None:
-            found.append(own._replace(name=source.short_name or THIS, run=""))
+            found.append(own._replace(name=self._own_name, run=""))
         if source.theory is not None:
             when, error = source.theory
             found.append(Curve("Theory", when + begin, error, theory))

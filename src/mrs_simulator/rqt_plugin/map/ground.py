@@ -26,6 +26,7 @@ class Ground:
 
     def __init__(self):
         self._picture, self._key, self._trails = None, None, TrailPainter()
+        self.solid = False  # whether trails are not dashed, as other runs' are
 
     def draw(self, painter, widget, style, frame, obstacles, trails, now, numbers, hidden):
         """Draw the ground of ``widget`` with the ``trails``, None for none.
@@ -36,7 +37,8 @@ class Ground:
         ratio = widget.devicePixelRatioF()
         size, place = widget.size(), (*frame.centre, frame.scale, frame.area)
         # Objects are compared as such: another run has other trails.
-        shown = trails, trails and trails.begun, frozenset(hidden)
+        shown = trails, trails and trails.begun, frozenset(hidden), self.solid
+        self._trails.solid = self.solid
         key = size, ratio, place, style, widget.font(), obstacles, numbers, shown
         anew = key != self._key
         if anew:
@@ -73,6 +75,8 @@ def _draw_ground(painter, widget, style, frame, obstacles):
 class TrailPainter:
     """Draws trails once as they are kept, then only where the robots have gone on."""
 
+    solid = False  # whether no trail is dashed
+
     def begin(self, painter, style, frame, trails, now, numbers, hidden):
         """Draw the trails of all robots but the ``hidden`` ones, on to where they are ``now``."""
         self._places = style.places(numbers).tolist()
@@ -101,10 +105,13 @@ class TrailPainter:
         lengths = np.cumsum(np.hypot(*np.diff(line, axis=0).T))
         self._lengths[row] = lengths[-1]
         for begin, end in _parts_in_view(frame, line):
-            if begin:  # the dashes stay where they are when the view moves
+            if begin and self._is_dashed():  # the dashes stay where they are when the view moves
                 pen.setDashOffset(lengths[begin - 1] / pen.widthF() % sum(pen.dashPattern()))
             painter.setPen(pen)
             painter.drawPolyline(polygon(line[begin:end]))
+
+    def _is_dashed(self):
+        return not self._many and not self.solid
 
     def _pens_of(self, style):
         """Return the pens of trails, one for each of the robots' colours."""
@@ -117,7 +124,7 @@ class TrailPainter:
 
     def _pen(self, row):
         pen = QPen(self._pens[self._places[row]])
-        if not self._many:
+        if self._is_dashed():
             pen.setDashPattern(DASHES[self._dashes[row]])
         return pen
 
@@ -134,7 +141,7 @@ class TrailPainter:
         painter.setRenderHint(QPainter.Antialiasing, not self._many)
         for row, line in zip(rows[inside].tolist(), lines[inside].tolist()):
             pen = self._pen(row)
-            if not self._many:
+            if self._is_dashed():
                 pen.setDashOffset(self._lengths[row] / pen.widthF() % sum(pen.dashPattern()))
             painter.setPen(pen)
             painter.drawLine(QLineF(*line))

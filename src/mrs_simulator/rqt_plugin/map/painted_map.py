@@ -7,6 +7,7 @@ import numpy as np
 from mrs_simulator.pictures.signs import MANY_ROBOTS
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
 from mrs_simulator.rqt_plugin.map.forecast import draw_forecast
+from mrs_simulator.rqt_plugin.map.ghosts import draw_names
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
@@ -46,6 +47,8 @@ class PaintedMap(MapScene):
             painter.setClipRect(self.frame.area)
             axes.draw_scale_bar(painter, style, self.frame)
             self._paint_last_run(painter, style)
+            for ghost in self.ghosts:
+                ghost.draw(painter, style, self.frame, self.shown["trails"])
             self._paint_edited(painter, style)
             if self._has_forecast():
                 paths = self.forecast, self.team.numbers
@@ -58,6 +61,9 @@ class PaintedMap(MapScene):
             self._paint_robots(painter, style)
             if self.shown["legend"]:
                 draw_legend(painter, style, self.frame, self.legend())
+            if self.ghosts:
+                names = [(self.own_name, 0), *((ghost.name, ghost.place) for ghost in self.ghosts)]
+                draw_names(painter, style, self.frame, names)
             self._paint_passing(painter, style)
             if remark:
                 axes.draw_remark(painter, style, self.frame, remark)
@@ -76,6 +82,7 @@ class PaintedMap(MapScene):
         obstacles, numbers = self._standing, self.team.numbers
         if self.editor.draft is not None:  # which lies on top
             obstacles = self._undrafted(obstacles)
+        self._ground.solid = bool(self.ghosts)
         arguments = obstacles, trails, now, numbers, self._hidden_trails
         self._ground.draw(painter, self, style, self.frame, *arguments)
 

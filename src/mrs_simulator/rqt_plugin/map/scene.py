@@ -44,6 +44,8 @@ class MapScene(QWidget):
         self.shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
         self._recent = RecentPoses()  # of the run shown
         self.last_run = None  # a ``LastRun`` below what will start
+        # ``Ghost``s of runs that are compared with the one shown, and what that is called then
+        self.ghosts, self.own_name = (), ""
         self.readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self.selected = set(), 0
         self.targets, self._target_z, self.obstacles = None, None, ()
@@ -231,6 +233,11 @@ class MapScene(QWidget):
         self._forget_trails()
         self.update()
 
+    def show_ghosts(self, ghosts, own_name=""):
+        """Show the ``Ghost``s of runs compared with the one shown, which is called ``own_name``."""
+        self.ghosts, self.own_name = tuple(ghosts), own_name
+        self.update()
+
     def select(self, number):
         """Highlight robot ``number``, 0 for none."""
         self.selected = int(number)
@@ -314,6 +321,7 @@ class MapScene(QWidget):
             )
         if everything and self.shown["trails"]:
             parts.append(self.trails.bounds())
+            parts += [trail for ghost in self.ghosts for trail in ghost.trails]
         points = np.concatenate(parts)
         if not everything or not len(points):
             return points

@@ -42,12 +42,17 @@ class Entry(NamedTuple):
     @property
     def data(self):
         """Return the path of the file with its samples."""
-        return self.path if self.path.endswith(BAG) else os.path.join(self.path, RUN_FILE)
+        return data_of(self.path)
+
+
+def data_of(path):
+    """Return the path of the file with the samples of the run at ``path``."""
+    return path if path.endswith(BAG) else os.path.join(path, RUN_FILE)
 
 
 def is_run(path):
     """Return whether at ``path`` there is a run: a folder with a ``run.csv``, or a bag."""
-    return os.path.isfile(path if path.endswith(BAG) else os.path.join(path, RUN_FILE))
+    return os.path.isfile(data_of(path))
 
 
 def run_at(path):

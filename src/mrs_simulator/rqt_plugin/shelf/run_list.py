@@ -157,14 +157,13 @@ class RunList(QListView):
     @guarded
     def mousePressEvent(self, event):
         """Compare by the box, or with Ctrl; else show."""
-        index = self.indexAt(event.pos())
-        super().mousePressEvent(event)
-        if not index.isValid() or event.button() != Qt.LeftButton:
-            return
+        index, left = self.indexAt(event.pos()), event.button() == Qt.LeftButton
         in_box = self.itemDelegate().box(self.visualRect(index)).contains(event.pos())
-        if in_box or event.modifiers() & Qt.ControlModifier:
-            self.toggle(index.row())
-        else:
+        if index.isValid() and left and (in_box or event.modifiers() & Qt.ControlModifier):
+            self.toggle(index.row())  # whose name and note are not asked for
+            return
+        super().mousePressEvent(event)
+        if index.isValid() and left:
             self.show_asked.emit(self.runs.entries[index.row()].path)
 
     @guarded

@@ -7,7 +7,7 @@ from mrs_simulator.rqt_plugin.curves.quantities import ErrorCurve
 from mrs_simulator.rqt_plugin.curves.source import Source
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.loaded_run import load_run
-from mrs_simulator.rqt_plugin.shelf.entry import BAG, RUN_FILE, run_at
+from mrs_simulator.rqt_plugin.shelf.entry import data_of, run_at
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -15,6 +15,7 @@ from mrs_simulator.study.results.report import VERDICT_FILE
 from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.verdict_file import read_verdict
 
+LOOKING = "look", "measure"  # modes of the mouse that edit nothing
 JUDGE, JUDGE_LIMIT = "judge_opened", 300.0  # name of the request; [s] of wall time
 
 
@@ -44,8 +45,7 @@ class OpenedRun:
         if path == self.path:
             return
         self._asked, ask = path, self._study.edited.ask_apart
-        data = path if path.endswith(BAG) else os.path.join(path, RUN_FILE)
-        self._worker.ask(lambda: load_run(path, data, ask))
+        self._worker.ask(lambda: load_run(path, data_of(path), ask))
 
     def follow(self):
         """Show what was read by now; close what an edit, or a new run, has overtaken."""
@@ -65,7 +65,7 @@ class OpenedRun:
         shown = self._panels.map
         return (
             not self._stands()
-            or shown.mode != "look"
+            or shown.mode not in LOOKING
             or (self._replay.is_shown and not shown.is_past)
         )
 

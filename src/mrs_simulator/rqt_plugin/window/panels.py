@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.run.programs_panel import ProgramsPanel
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
+from mrs_simulator.rqt_plugin.shelf.comparison_panel import ComparisonPanel
 from mrs_simulator.rqt_plugin.shelf.panel import ShelfPanel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
@@ -125,6 +126,7 @@ class StudyPanels(QWidget):
         self.view = ViewPanel(self.map.scene, lambda: self.map.revision)
         self.map.follow_asked.connect(self._on_follow)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
+        self.comparison = ComparisonPanel()
         self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)
@@ -134,6 +136,7 @@ class StudyPanels(QWidget):
             (self.view, TITLE),
             (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
+            (self.comparison, "Compare"),
             (self.sensors, "Robot"),
             (self.programs, "Programs"),
             (self.messages, "Messages"),

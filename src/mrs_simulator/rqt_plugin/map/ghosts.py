@@ -1,0 +1,78 @@
+"""Runs that are compared with the one on the map, drawn faintly with it."""
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.pictures.scene import Scene
+from mrs_simulator.rqt_plugin.map.drawing import draw_robots
+from mrs_simulator.rqt_plugin.map.shapes import Shapes
+from mrs_simulator.rqt_plugin.map.sprites import Sprites
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
+
+FAINT, TRAIL = 0.45, 0.75  # [-] opacity of robots and trails
+# Of the trails of compared runs, in widths of their lines, in the order of ``curves.source.RUN_DASHES``.
+DASHES = ((), (5.0, 2.0), (1.2, 1.5), (6.0, 1.5, 1.2, 1.5), (2.5, 1.2))
+WIDTH = 1.4  # [px]
+
+
+class Ghost(NamedTuple):
+    """A run at a moment."""
+
+    name: str
+    place: int  # among the runs compared, from 1 on
+    scene: Scene  # of the robots
+    shapes: Shapes
+    trails: Tuple  # of each robot, (m, 2) [m]
+
+    def draw(self, painter, style, frame, with_trails):
+        """Draw trails and robots."""
+        state = self.scene.state
+        painter.save()
+        if with_trails:
+            painter.setOpacity(TRAIL)
+            self._draw_trails(painter, style, frame)
+        painter.setOpacity(FAINT)
+        with np.errstate(invalid="ignore"):
+            seen = frame.sees(frame.to_screen(state.pose), self.shapes.farthest * frame.scale)
+        shown = seen & np.isfinite(state.pose).all(axis=1)
+        draw_robots(painter, style, frame, self.scene, self.shapes, shown, Sprites())
+        painter.restore()
+
+    def _draw_trails(self, painter, style, frame):
+        for trail, shade in zip(self.trails, self.scene.shades):
+            if len(trail) > 1:
+                painter.setPen(pen_of(QColor.fromRgbF(*shade), self.place, style))
+                painter.drawPolyline(polygon(frame.to_screen(trail)))
+
+
+def pen_of(shade, place, style):
+    """Return the pen of the trails of the run at ``place``, 0 the one shown."""
+    pen = QPen(shade, WIDTH * style.unit)
+    pen.setCapStyle(Qt.FlatCap)
+    dashes = DASHES[place % len(DASHES)]
+    if dashes:
+        pen.setDashPattern(dashes)
+    return pen
+
+
+def draw_names(painter, style, frame, named):
+    """Draw the names of runs and their lines in the upper left corner; ``named``: ``(name, place)``."""
+    area, line = frame.area, style.line
+    metrics = painter.fontMetrics()
+    most = int(0.5 * area.width())
+    names = [metrics.elidedText(name, Qt.ElideRight, most) for name, _ in named]
+    wide = 3.4 * line + max(map(metrics.horizontalAdvance, names))
+    left, top = area.left() + 0.4 * line, area.top() + 0.4 * line
+    painter.setPen(QPen(style.mixed(0.25), 1))
+    painter.setBrush(faded(style.base, 0.85))
+    painter.drawRect(QRectF(left, top, wide, (1.2 * len(names) + 0.3) * line))
+    for row, ((_, place), name) in enumerate(zip(named, names)):
+        y = top + (1.2 * row + 0.75) * line
+        painter.setPen(pen_of(style.mixed(0.7), place, style))
+        painter.drawLine(QLineF(left + 0.4 * line, y, left + 2.4 * line, y))
+        painter.setPen(style.text)
+        box = QRectF(left + 2.8 * line, y - line, wide, 2.0 * line)
+        painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, name)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.map.style import by_count, faded, polygon
+from mrs_simulator.pictures.signs import by_count
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QPen
 

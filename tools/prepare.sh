@@ -78,13 +78,16 @@ missing_packages() {
   done
 }
 
-apt_progress() { # turns apt's status lines into a few lines of progress
-  awk -F: '
-    ($1 == "dlstatus" || $1 == "pmstatus") && int($3 / 10) != shown[$1] {
-      shown[$1] = int($3 / 10)
-      printf "   %s %d %%\n", ($1 == "dlstatus" ? "downloading" : "installing "), $3
-      fflush()
-    }'
+apt_progress() { # turns apt's status lines into a few lines of progress, as they come: Debian's awk waits for more
+  local status percent doing
+  local -A shown=()
+  while IFS=: read -r status _ percent _; do
+    case "$status" in dlstatus) doing="downloading" ;; pmstatus) doing="installing " ;; *) continue ;; esac
+    percent=${percent%%.*}
+    [[ $percent =~ ^[0-9]+$ ]] && [ "$((percent / 10))" != "${shown[$status]:-0}" ] || continue
+    shown[$status]=$((percent / 10))
+    printf '   %s %d %%\n' "$doing" "$percent"
+  done
 }
 
 install_packages() {

@@ -129,6 +129,14 @@ def test_a_user_reads_the_size_before_packages_are_installed(tmp_path):
     assert "\n   306 MB to download\n" in installed(tmp_path, 'ROOT=1 exec "$@"').stdout
 
 
+def test_progress_is_shown_while_apt_works(tmp_path):
+    os.mkfifo(str(tmp_path / "seen"))
+    apt = "{ echo dlstatus:1:25.5:Retrieving; timeout 5 cat $root/seen >&2; }"
+    reader = "timeout 10 sh -c 'read line; echo $line >$0/seen' $root"
+    result = shell(tmp_path, apt + " | apt_progress | " + reader)
+    assert result.stderr == "downloading 25 %\n"
+
+
 def test_a_user_whom_sudo_refuses_is_told_so(tmp_path):
     result = installed(tmp_path, "echo you are not in the sudoers file >&2; exit 1")
     assert result.returncode == 2 and "as a user whom sudo lets" in result.stderr

@@ -89,7 +89,7 @@ def real_time_factor(
         stack.callback(experiment.world.close)
         samples = experiment.samples()
         if recorded:
-            samples = recorded_ones(experiment, samples, stack)
+            samples = experiment.record(recorder_of(experiment, stack))
         next(samples), next(samples)  # whatever is compiled is so by then
         begin, simulated = clock(), experiment.world.time
         while clock() - begin < WALL:
@@ -110,21 +110,18 @@ def whole_run_factor(n, compiled):
         with contextlib.ExitStack() as stack:
             stack.callback(experiment.world.close)
             begin = time.perf_counter()
-            for _ in recorded_ones(experiment, experiment.samples(), stack):
+            for _ in experiment.record(recorder_of(experiment, stack)):
                 pass
             elapsed = time.perf_counter() - begin
     return scenario.duration / elapsed
 
 
-def recorded_ones(experiment, samples, stack):
-    """Yield ``samples`` as they are written to a run.csv, until ``stack`` is left."""
+def recorder_of(experiment, stack):
+    """Return the recorder of a run.csv that is removed when ``stack`` is left."""
     folder = stack.enter_context(tempfile.TemporaryDirectory())
-    numbers, layout = experiment.control.numbers, experiment.layout
     path = os.path.join(folder, "run.csv")
-    recorder = stack.enter_context(Recorder(path, numbers, layout=layout))
-    for stamp, pose, command in samples:
-        recorder.sample(stamp, experiment.state(pose, command))
-        yield
+    numbers, layout = experiment.control.numbers, experiment.layout
+    return stack.enter_context(Recorder(path, numbers, layout=layout))
 
 
 def reference(n):

@@ -15,6 +15,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.protocols.loading import load_protocol
+from mrs_simulator.record.recording import Recorder
 from mrs_simulator.scenario.incidents import Event
 from mrs_simulator.scenario.requirements import Requirement
 from mrs_simulator.scenario.scenario import Control, Scenario, scenario_from_dict
@@ -222,7 +223,8 @@ def test_bases_that_turn_go_step_by_step():
     world = World(("robotino3",), [[0.0, 0.0, 0.0]])
     world.set_commands([0], np.array([[0.1, 0.0, 0.3]]))
     assert world.can_leap(1)
-    assert world.leap(5, 1, stretches.sliding_stretch, 0.05, 0) == (0, stretches.NEAR)
+    given = (5, 1, 1, 1), stretches.sliding_stretch, np.empty((5, 6, 1)), 0.05, 0
+    assert world.leap(*given) == (0, 0, stretches.NEAR)
 
 
 @pytest.mark.parametrize("saturation", ["none", "robot", "team"])
@@ -430,6 +432,66 @@ def test_a_run_that_leaps_goes_on_alike_from_a_snapshot(compiled):
     experiment.restore(kept)
     assert told == [np.column_stack(each[1:]).tobytes() for each in experiment.samples()]
     assert len(told) == 26 and experiment.world.clock.steps == 150
+
+
+NEAR_TO = {"type": "cylinder", "center": [2.4, 0.8], "radius": 0.2}
+TEAMS = {
+    "apart": {},
+    "touching": {"poses": {"layout": "circle", "radius": 0.6}},
+    "at an obstacle": {"obstacles": [NEAR_TO]},
+    "bases": {"model": "robotino3"},
+    "points": {"fidelity": "point_mass"},
+    "rates": {"control": {"rate": 12.5}, "record_rate": 5, "duration": 5.9},
+}
+
+
+@pytest.mark.parametrize("team", TEAMS)
+def test_how_many_samples_a_call_makes_changes_no_bit(team, compiled):
+    compiled()
+    told = []
+    for most in (1, 7):
+        experiment = Experiment(scenario(**TEAMS[team]), Gather)
+        experiment.begin()
+        blocks = list(zip(*experiment._leaping(most)))
+        told.append([np.concatenate(each) for each in blocks] + [experiment.collisions])
+    assert (
+        len(told[0][0]) == experiment.scenario.duration * experiment.scenario.record_rate // 1 + 1
+    )
+    assert all(np.array_equal(*each) for each in zip(*told))
+    assert bool(told[0][3]) == (team in ("touching", "at an obstacle"))
+
+
+@pytest.mark.parametrize("law", [Gather, Raising, Breaking])
+def test_a_file_of_blocks_is_that_of_samples(law, compiled, tmp_path):
+    compiled()
+    given, said = scenario(poses=[[0.2, 2.0 * k, 0.1] for k in range(5)]), []
+    for path in (tmp_path / "blocks.csv", tmp_path / "samples.csv"):
+        experiment = Experiment(given, law)
+        with Recorder(path, experiment.control.numbers, layout=experiment.layout, kept=61) as file:
+            try:
+                if path.stem == "blocks":
+                    assert max(experiment.record(file)) > 10
+                else:
+                    for stamp, *each in experiment.samples():
+                        file.sample(stamp, experiment.state(*each))
+            except LawFailed as error:
+                said.append(str(error))
+        said.append(path.read_bytes())
+        said.append(file.kept.table[: len(said[-1].splitlines()) // 5].tobytes())
+    half = len(said) // 2
+    assert said[:half] == said[half:] and half == 2 + (law is not Gather)
+
+
+def test_robots_that_go_far_are_listed_anew(compiled):
+    compiled()
+    poses = [[-4.0, 0.0, 0.0], [4.0, 0.3, np.pi]]
+    given = scenario(
+        poses=poses, robots=2, topology={"preset": "cycle"}, duration=16.0, limits="top"
+    )
+    experiment = Experiment(given, Gather)
+    experiment.begin()
+    assert max(len(stamps) for stamps, *_ in experiment._leaping(most=160)) > 10
+    assert 5.0 < experiment.collisions[0].time < 5.5
 
 
 def test_what_is_to_befall_robots_stops_leaps():

@@ -47,7 +47,8 @@ def kernel(term, loops, compile_, compile_kept):
 
     ``compile_`` is what terms and their helpers go through, ``compile_kept`` what the loops do.
     """
-    name = "{}_{}_{}".format(loops.__name__, term.__name__, digest(term))
+    both = hashlib.sha256((digest(term) + digest(loops)).encode()).hexdigest()[:12]
+    name = "{}_{}_{}".format(loops.__name__, term.__name__, both)
     helpers = {name: linked(each, compile_) for name, each in _helpers(loops).items()}
     scope = dict(loops.__globals__, term=linked(term, compile_), **helpers)
     function = types.FunctionType(loops.__code__, scope, name)
@@ -57,6 +58,7 @@ def kernel(term, loops, compile_, compile_kept):
     return compiled
 
 
+@functools.lru_cache(maxsize=64)
 def flow_law(term):
     """Return the law ``(points, places, gain, first, second, *given)`` of a ``Flow`` with that term."""
     scope = dict(globals(), term=term)

@@ -275,21 +275,40 @@ class Recorder:
         if self._file.is_due or len(self._stamps) == len(self._waiting):
             self._write_waiting()
 
+    def block(self, stamps, poses, commands):
+        """Write samples of unicycles at ``stamps`` (k,) [s], as :meth:`sample` does one after the other.
+
+        ``poses`` (k, n, 3) and ``commands`` (k, n, 2).
+        """
+        if self._stamps:
+            self._write_waiting()
+        rows = np.empty((len(stamps), *self._waiting.shape[1:]))
+        rows[:, :, self._places["pose"]] = poses
+        rows[:, :, self._places["command"]] = commands
+        self._samples += len(stamps)
+        self._stamp = stamps[-1]
+        self._write(stamps, rows, [True] * len(stamps))
+
     def _write_waiting(self):
         """Keep the waiting samples, and write them to the file as text."""
-        waiting = self._waiting[: len(self._stamps)]
-        if any(self._pointless):
-            found = waiting[self._pointless, :, self._places["pose"]]
-            waiting[self._pointless, :, self._hand] = hand_points(found, self._arms)
-        begin = self._samples - len(waiting)
+        self._write(self._stamps, self._waiting[: len(self._stamps)], self._pointless)
+        self._stamps.clear()
+        self._pointless.clear()
+
+    def _write(self, stamps, rows, pointless):
+        """Keep and write the newest samples, ``rows`` (k, n, width); ``pointless`` ones get hand points."""
+        if all(pointless):
+            rows[:, :, self._hand] = hand_points(rows[:, :, self._places["pose"]], self._arms)
+        elif any(pointless):
+            found = rows[pointless, :, self._places["pose"]]
+            rows[pointless, :, self._hand] = hand_points(found, self._arms)
+        begin = self._samples - len(rows)
         room = slice(begin, min(self._samples, len(self._kept)))
         if begin < room.stop:
             kept = room.stop - begin
-            self._times[room] = self._stamps[:kept]
-            self.kept.put(room, waiting[:kept])
-        self._file.add(*self._lines.texts(self._stamps, waiting))
-        self._stamps.clear()
-        self._pointless.clear()
+            self._times[room] = stamps[:kept]
+            self.kept.put(room, rows[:kept])
+        self._file.add(*self._lines.texts(stamps, rows))
         self._note()
 
     def _note(self):

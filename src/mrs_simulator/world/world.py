@@ -290,15 +290,19 @@ class World:
         leaping = all(getattr(part, "can_leap", False) for part in parts)
         return leaping and every * self.step_size <= self.commands.shortest_timeout
 
-    def leap(self, steps, every, function, *given):
-        """Advance by up to ``steps`` steps in one compiled call, see ``fused_stepping.Leaps.advance``."""
+    def leap(self, plan, function, kept, *given):
+        """Advance by several steps in one compiled call, see ``fused_stepping.Leaps.advance``.
+
+        ``plan``: ``(steps, every, ahead, between)`` of it.
+        """
+        steps, every, *sampling = plan
         until = every - self.clock.steps % every
-        target = self.commands.target
-        done, why = self.motion.leap(steps, until, every, target, function, *given)
+        whole, target = (steps, until, every, *sampling), self.commands.target
+        done, filled, why = self.motion.leap(whole, target, function, kept, *given)
         self.clock.steps += done
         if done >= until:
             self.commands.note_received_by_all(self.clock.steps - (done - until) % every)
-        return done, why
+        return done, filled, why
 
     @property
     def stateful(self):

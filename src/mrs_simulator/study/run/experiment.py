@@ -8,7 +8,7 @@ import traceback
 
 import numpy as np
 
-from mrs_simulator.control.array_law import form_of, has_form
+from mrs_simulator.control.array_law import has_form
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
@@ -37,9 +37,7 @@ from mrs_simulator.world.commands import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
-
-
-RAISED, REFUSED = -1, -2  # why a leap ended: the law raised, or cannot be compiled
+ROWS_AT_ONCE = 2000  # [-] samples times robots that are made by one compiled call
 
 
 class LawFailed(RuntimeError):
@@ -105,7 +103,7 @@ class Experiment:
     def watch(self, wanted):
         """Read the sensors ``wanted``, ``{row: names}``, from now on besides those that the run needs."""
         both = {row: (*own, *wanted.get(row, ())) for row, own in self._asked_for.items()}
-        self.sensors.activate_from(both, max(0, self._step), self.world.sensed)
+        self.sensors.activate_from(both, max(0, self.step), self.world.sensed)
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
@@ -114,14 +112,31 @@ class Experiment:
         caller's own arrays.
         Raises ``LawFailed`` after all robots were commanded to stop.
         """
-        steps = int(round(self.scenario.duration / self.scenario.step))
         self.begin()
         if self._can_leap():
-            yield from self._leaping(steps)
+            for (stamp,), (pose,), (command,) in self._leaping():
+                yield stamp, pose, command
             return
-        while self._step < steps:
+        steps = steps_of(self.scenario)
+        while self.step < steps:
             if self.go_on():
                 yield self.sample()
+
+    def record(self, recorder):
+        """Step through the scenario, and record it; yield how many samples were recorded each time.
+
+        Raises as :meth:`samples` does.
+        """
+        self.begin()
+        if self._is_basic and self._can_leap():
+            most = max(1, ROWS_AT_ONCE // self.scenario.n)
+            for block in self._leaping(most=most):
+                recorder.block(*block)
+                yield len(block[0])
+            return
+        for stamp, pose, command in self.samples():
+            recorder.sample(stamp, self.state(pose, command))
+            yield 1
 
     def compile(self):
         """Compile what takes the world from sample to sample, and make a step by it, where that can be.
@@ -131,13 +146,13 @@ class Experiment:
         if not self._is_compilable():
             return False
         self.begin()
-        return bool(list(self._leaping(1)))
+        return bool(list(self._leaping(steps=1)))
 
     def begin(self):
         """Let robots take off, and the law begin, before the first sample."""
-        if self._step < 0:
+        if self.step < 0:
             self.world.rise()
-            self._asked(self.control.start)
+            self.asked(self.control.start)
 
     def go_on(self, commanded=True):
         """Go on to the next step, the first time to 0; return whether it is to be recorded.
@@ -146,23 +161,23 @@ class Experiment:
         after all robots were commanded to stop.
         """
         command_every, record_every = self._every
-        if self._step >= 0:
-            self._advance()
-        self._step += 1
-        self._read(self._step)
-        if self._step % command_every == 0:
-            self._command_all() if commanded else self.halt()
+        if self.step >= 0:
+            self.advance()
+        self.step += 1
+        self._read(self.step)
+        if self.step % command_every == 0:
+            self.command_all() if commanded else self.halt()
         if self.trace is not None:
             world = self.world
             readings = None if self.sensors.is_idle else self.sensors.readings(world.time)
             self.trace.add(self.state(world.pose, world.command), readings)
-        return self._step % record_every == 0
+        return self.step % record_every == 0
 
     def halt(self):
         """Command all robots to stand."""
         self.world.set_commands(EVERY, np.zeros_like(self.world.command))
 
-    def _advance(self):
+    def advance(self):
         """Let the world make a step."""
         self.world.step()
         self.collisions.extend(self.world.contacts.take())
@@ -204,18 +219,13 @@ class Experiment:
 
     def open(self):
         """Begin anew, with a new world and a new control."""
-        self._step = -1  # of the last sample
+        self.step = -1  # of the last sample, -1 before the first
         self.world = World.from_scenario(self.scenario)
         try:
             self._join(self._protocol)
         except BaseException:
             self.world.close()
             raise
-
-    @property
-    def step(self):
-        """Return the step of the last sample, -1 before the first."""
-        return self._step
 
     def sample(self):
         """Return ``(time, pose, command)`` now, as :meth:`samples` does.
@@ -247,63 +257,21 @@ class Experiment:
         """Return whether ``Leaps`` are to take the world from sample to sample."""
         if not self._is_compilable():
             return False
-        steps = int(round(self.scenario.duration / self.scenario.step))
-        compiled, hint = compiling.pays(steps, self.scenario.n)
+        compiled, hint = compiling.pays(steps_of(self.scenario), self.scenario.n)
         if hint:
             _report(hint)
         return compiled
 
-    def _leaping(self, steps):
-        """:meth:`samples` of ``steps`` steps, of which ``Leaps`` make all that they can."""
-        from mrs_simulator.world.motion.fused_stepping import Leaps  # numba only where it is wanted
-        from mrs_simulator.world.motion.stretches import NEAR
+    def _leaping(self, most=1, steps=None):
+        """Return the blocks of up to ``most`` samples up to ``steps``, see ``Leaping.blocks``."""
+        from mrs_simulator.study.run.leaping import Leaping  # numba only where it is wanted
 
-        world, control, step = self.world, self.control, max(0, self._step)
-        every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
-        if self._step < 0:
-            self._command_all()
-        leaps = Leaps(world, *form_of(control), command_every, control.l, control.saturation)
-        able = True
-        while True:
-            if step % every == 0 and step > self._step:
-                self._step = step
-                yield self.sample()
-            if step == steps:
-                return
-            end = min(steps, step + every - step % every)
-            raised = not able
-            while step < end:
-                done, why = (0, NEAR) if raised else self._leap(leaps, end - step)
-                raised, able = raised or why in (RAISED, REFUSED), able and why != REFUSED
-                step += done
-                if why in (NEAR, RAISED, REFUSED):
-                    self._advance()
-                    step += 1
-                if why and step % command_every == 0:
-                    self._command_all()
+        if self.step < 0:
+            self.command_all()
+        return Leaping(self, most).blocks(steps_of(self.scenario) if steps is None else steps)
 
-    def _leap(self, leaps, steps):
-        """Return what ``leaps.advance`` does, or ``(0, RAISED)`` where the law raises.
-
-        It will raise again step by step, where it is known when.  For a law that cannot be compiled
-        ``(0, REFUSED)`` and a warning, or ``LawFailed`` where the environment wants it compiled.
-        """
-        try:
-            return leaps.advance(steps)
-        except Exception as error:
-            why = compiling.compile_failure(error)
-            if not why:
-                return 0, RAISED
-        text = "{}: numba cannot compile pointMassLaw: {}; ".format(
-            type(self.control).__name__, why
-        )
-        if compiling.is_chosen():
-            text += "wanted what it compiles, or {}=0".format(compiling.VARIABLE)
-            self._asked(_refuse, text)
-        self.warnings.append(text + "robots go step by step")
-        return 0, REFUSED
-
-    def _command_all(self):
+    def command_all(self):
+        """Ask the law, and command all robots."""
         command = self._command(self._known())
         if not max_abs(command) <= FASTEST:
             self._refuse_too_fast(command)
@@ -350,9 +318,9 @@ class Experiment:
         known = pose, self.world.time, self._joints()
         if not self.sensors.is_idle:
             known += (self.sensors.readings(self.world.time),)
-        return self._asked(self.control.commands, *known)
+        return self.asked(self.control.commands, *known)
 
-    def _asked(self, function, *arguments):
+    def asked(self, function, *arguments):
         """Return what the law's ``function`` returns; ``LawFailed`` where it raises."""
         try:
             return call(function, *arguments)
@@ -360,10 +328,6 @@ class Experiment:
             self.halt()
             text = "at {:.3f} s {}".format(self.world.time, failure(raised(error)))
             raise LawFailed(text) from error
-
-
-def _refuse(text):
-    raise ControlError(text)
 
 
 def run_experiment(
@@ -417,8 +381,7 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
         if apart is not None:
             apart.begin(recorder)
         try:
-            for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
-                recorder.sample(stamp, experiment.state(pose, command))
+            _finish(experiment.record(recorder), scenario, progress)
         except KeyboardInterrupt:
             ended = "interrupted"
         except LawFailed as error:
@@ -467,18 +430,28 @@ def _report(text):
     print("experiment: " + text, file=sys.stderr)
 
 
-def _with_progress(samples, scenario, wanted):
-    if not wanted:
-        return samples
+def _finish(recording, scenario, progress):
+    """Let ``recording`` go on to its end, with a bar of its ``progress``, if that is wanted."""
+    if not progress:
+        for _ in recording:
+            pass
+        return
     from tqdm import tqdm  # only a terminal needs it
 
     total = samples_of(scenario)
-    return tqdm(samples, total=total, unit="sample", delay=PROGRESS_AFTER, leave=False)
+    with tqdm(total=total, unit="sample", delay=PROGRESS_AFTER, leave=False) as bar:
+        for count in recording:
+            bar.update(count)
+
+
+def steps_of(scenario):
+    """Return how many steps a complete run of ``scenario`` has."""
+    return int(round(scenario.duration / scenario.step))
 
 
 def samples_of(scenario):
     """Return how many samples a complete run of ``scenario`` has."""
-    return int(round(scenario.duration / scenario.step)) // scenario.steps_per_record + 1
+    return steps_of(scenario) // scenario.steps_per_record + 1
 
 
 def _estimator(scenario, team):

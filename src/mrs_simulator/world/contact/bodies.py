@@ -10,6 +10,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.contact.collisions import (
+    SKIN,
     Footprints,
     Pairs,
     Rectangles,
@@ -56,7 +57,7 @@ class Bodies:
         self._afloat = team.afloat  # what floats draws water, and runs aground
 
     def _stand(self, obstacles):
-        self.obstacles = obstacles
+        self.obstacles, self._still = obstacles, None  # of them and the bodies, for ``around``
         self._middles = np.array([[each.x, each.y] for each in obstacles])
         yaw = np.array([getattr(each, "yaw", 0.0) for each in obstacles])
         self._turned = np.cos(yaw), np.sin(yaw)
@@ -77,6 +78,23 @@ class Bodies:
         self._looked = None  # where robots were (n, 2) when they were last looked at
         self._free = 0.0  # [m] that each may be from there before any two bodies can touch
         self.room = 0.0  # [m] that each may still move, by what is known without looking
+
+    def list_anew(self):
+        """Let pairs be listed anew when they are asked for again."""
+        self._list.clear()
+
+    def around(self, pose):
+        """Return what ``stretch_parts.room_around`` takes, of robots now at ``pose`` (n, 3)."""
+        first, second, origin = self._list.listed(pose[:, :2])
+        if self._still is None:
+            n, k = len(pose), len(self.obstacles)
+            reach = np.broadcast_to(self.footprints.reach, n).copy()
+            bounds = np.array([self._list.reach, 0.5 * SKIN, ROUNDING])
+            posts = np.empty((6, k))
+            posts[:2], posts[2:4] = self._middles.reshape(k, 2).T, self._turned
+            posts[4:] = self._halves.reshape(k, 2).T
+            self._still = bounds, reach, posts
+        return first, second, origin, *self._still
 
     def near_pairs(self, pose):
         """Return the rows of all pairs of robots that may touch soon."""

@@ -239,7 +239,7 @@ class VerletList:
     def __init__(self, reach):
         """``reach`` [m]: robots with centres closer than this may touch."""
         self.reach = reach
-        self._origin = None
+        self._origin = self._kept = None
 
     def pairs(self, position):
         """Return the rows of the listed pairs for robots at ``position`` (n, 2)."""
@@ -247,6 +247,14 @@ class VerletList:
             self._origin = position.copy()
             self._pairs = close_pairs(position, self.reach + SKIN)
         return self._pairs
+
+    def listed(self, position):
+        """Return the rows of the listed pairs, and where robots were then, (2, n) [m]."""
+        pairs = self.pairs(position)
+        if self._kept is None or self._kept[0] is not pairs:
+            columns = np.ascontiguousarray(self._origin.T)
+            self._kept = pairs, (*map(np.ascontiguousarray, pairs), columns)
+        return self._kept[1]
 
     def room(self, position):
         """Return a distance [m] that all robots may move from ``position`` and none comes into reach."""

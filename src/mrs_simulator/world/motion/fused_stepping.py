@@ -34,13 +34,16 @@ class Leaps:
         self._law, self._function = law, None
         self._given = l, stretches.SCOPES.index(saturation), *given
 
-    def advance(self, steps):
-        """Move by up to ``steps`` steps; return how many were made, and why it ended.
+    def advance(self, steps, ahead, between, kept):
+        """Move by up to ``steps`` steps; return how many were made, how many samples kept, why it ended.
 
-        ``NEAR``: the next step is to be made by ``World.step``; ``ODD``: a command is due that the law
-        is to be asked for.  A command due after the last step is given, too, but for these.  The first
-        time it is compiled.
+        A sample is put into ``kept`` (m, 3 + a, n), pose and command, after ``ahead`` steps and after every
+        ``between`` from then on.  ``NEAR``: the next step is to be made by ``World.step``; ``ODD``: a
+        command is due that the law is to be asked for; ``FAR``: a sample is due that cannot be one.  A
+        command due after the last step is given, too, but for ``NEAR`` and ``ODD``.  The first time it is
+        compiled.
         """
         if self._function is None:
             self._function = compiled_stretch(self._law, loops_for(self._world))
-        return self._world.leap(steps, self._every, self._function, *self._given)
+        plan = steps, self._every, ahead, between
+        return self._world.leap(plan, self._function, kept, *self._given)

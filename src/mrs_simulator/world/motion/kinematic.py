@@ -22,6 +22,7 @@ from mrs_simulator.vehicles.drives import differential, omnidirectional
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.contact.bodies import Bodies
 from mrs_simulator.world.motion.compiled import compiled_approached, compiled_carried
+from mrs_simulator.world.motion.stretches import STALE
 
 
 def approached_function():
@@ -177,26 +178,33 @@ class KinematicMotion:
         carried = carried or self._uneven
         return type(self) is KinematicMotion and alike and not carried
 
-    def leap(self, steps, until, every, command, function, *given):
-        """Move by up to ``steps`` steps by a function of ``stretches``; return how many, and why it ended.
+    def leap(self, plan, command, function, kept, *given):
+        """Move by several steps by a function of ``stretches``; return how many, how many samples were
+        kept, and why it ended.
 
-        ``command`` (n, a), which is changed in place, after ``until`` steps and ``every`` from then on.
+        ``plan`` and ``kept`` as there; ``command`` (n, a), which is changed in place.
         """
         if self._bounds is None:
             self._bounds = self._bounds_of_leaps()
-        pose, inner = self.pose.copy(order="F"), self._inner.copy(order="F")
-        obeyed = command.copy(order="F")  # the law may raise: nothing has happened then
-        moved = pose, inner, obeyed, *self._bounds, self.step, self._reach, self._bodies.room
-        done, self._bodies.room, why = function(steps, until, every, *moved, *given)
+        # The law may raise: nothing has happened then.
+        moved = pose, inner, obeyed = [each.copy("F") for each in (self.pose, self._inner, command)]
+        bodies, columns = self._bodies, (each.T for each in moved)
+        room = self.step, self._reach, bodies.room, bodies.around(pose)
+        done, filled, bodies.room, why = function(
+            plan, *columns, *self._bounds, *room, kept, *given
+        )
+        if why == STALE:
+            bodies.list_anew()
         command[:] = obeyed
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
-        return done, why
+        return done, filled, why
 
     def _bounds_of_leaps(self):
         """Return the ``limits`` that ``stretches`` keep to, and where bases have them the ``wheels``."""
         top = self.team.limits.of_all(self.team.n).top
         bounds = self._least, self._greatest, self._most.up, self._most.both, top
-        limits, (group,) = np.concatenate(bounds, axis=1), self.team.groups
+        limits = np.ascontiguousarray(np.concatenate(bounds, axis=1).T)
+        (group,) = self.team.groups
         if group.drive is differential:
             return (limits,)
         return limits, omnidirectional.rims(group.numbers, self.team.n)
@@ -415,10 +423,10 @@ class PointMassMotion:
         drives = [group.drive for group in self.team.groups]
         return drives == [differential] and not len(self._mirrored)
 
-    def leap(self, steps, until, every, command, function, *given):
+    def leap(self, plan, command, function, kept, *given):
         """Move as ``KinematicMotion.leap`` does, by ``stretches.point_stretch``."""
-        pose, twist, obeyed = (each.copy("F") for each in (self.pose, self.twist, command))
-        result = function(steps, until, every, pose, twist, obeyed, self.step, *given)
+        moved = pose, twist, obeyed = [each.copy("F") for each in (self.pose, self.twist, command)]
+        result = function(plan, *(each.T for each in moved), self.step, kept, *given)
         self.pose, self.twist, command[:] = pose, twist, obeyed
         return result
 

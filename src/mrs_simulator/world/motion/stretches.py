@@ -1,234 +1,184 @@
 """Robots moved over several steps by loops that numba compiles: law, limits, ramps, motion, room to move.
 
-The numbers are those of ``KinematicMotion``, ``PointMassMotion`` and ``Team`` in their order, but for sines
-and cosines: they are the C library's at the begin of a stretch, and turned with the robots from there on,
-which takes a third of the time.  Trajectories agree to rounding as long as robots do not touch: tests
-hold them to 1e-9 m.
+The numbers are those of ``KinematicMotion``, ``PointMassMotion`` and ``Team``, but for sines and
+cosines: they are the C library's at each sample and where a stretch begins, and turned with the robots
+from there on, which takes a third of the time.  Trajectories agree to rounding as long as robots do not
+touch: tests hold them to 1e-9 m.  How many samples a stretch has changes no bit.
 """
 
 import math
 
 import numpy as np
 
-PI, TURN = np.pi, 2.0 * np.pi
-FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
-SMALL = 0.1  # [rad], for which five terms of a series are exact
-DONE, NEAR, ODD = 0, 1, 2  # why a stretch ended: complete; bodies may touch; no usable command
+from mrs_simulator.world.motion.stretch_parts import (
+    UNLISTED,
+    arc,
+    clip,
+    copy,
+    greatest_of,
+    head,
+    keep,
+    map_all,
+    place_points,
+    ramp,
+    room_around,
+    saturate,
+)
+
+# Why a stretch ended: complete; bodies may touch; no usable command; pairs are to be listed anew; a robot
+# is farther away than a sample may have it.
+DONE, NEAR, ODD, STALE, FAR = range(5)
 SCOPES = ("none", "robot", "team")  # of saturation
 DIAGONAL = math.sqrt(2.0)  # [-] of a velocity by its greatest component, at most
 
 term = None  # the law, compiled
 
 
-def stretch(steps, until, every, pose, inner, command, limits, step, reach, room, l, scope, *given):
-    """Move robots by up to ``steps`` steps, in place; return ``(steps done, room left, why it ended)``.
+def stretch(plan, pose, inner, command, limits, step, reach, room, around, kept, l, scope, *given):
+    """Move unicycles by several steps, in place; return ``(steps done, samples kept, room left, why it
+    ended)``.
 
-    ``pose`` (n, 3); ``inner`` (n, 2), speeds; ``command`` (n, 2), in force.  The law, ``term(points,
-    *given)``, is asked after ``until`` steps and after every ``every`` from then on.  ``limits`` (n, 10):
-    least and greatest target, most change, twice that, and limit of commands, of v and omega each.
-    ``reach`` [m]: the longest way in a step of ``step`` [s]; ``room`` [m]: how far robots may move
-    before bodies can touch; ``l`` [m]; ``scope``: saturation, a row of ``SCOPES``.  A step in which bodies
-    may touch (``NEAR``) is not made; a command that no robot could follow (``ODD``) is not given.
+    ``plan``: how many steps at most; after how many the law, ``term(points, *given)``, is asked, and
+    after how many of them again; after how many a sample is kept in ``kept`` (m, 5, n), pose and command,
+    and again.  ``pose`` (3, n); ``inner`` (2, n), speeds; ``command`` (2, n), in force.  ``limits``
+    (10, n): least and greatest target, most change, twice that, and limit of commands, of v and omega each.
+    ``reach`` [m]: the longest way in a step of ``step`` [s]; ``room`` [m]: how far robots may move before
+    bodies can touch, and what there is ``around``, see ``room_around``; ``l`` [m]; ``scope``: saturation,
+    a row of ``SCOPES``.  A step in which bodies may touch (``NEAR``, ``STALE``) is not made; a command that
+    no robot could follow (``ODD``) is not given, and like a place too far away (``FAR``) not kept.
     """
-    n = len(pose)
-    after, mean, points = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    for count in range(steps):
-        fastest = ramp(inner, command, limits, after, mean)
-        travel = min(reach, step * fastest)
+    steps, until, every, ahead, between = plan
+    n, filled = pose.shape[1], 0
+    after, mean, spare = np.empty((2, n)), np.empty((2, n)), np.empty((4, n))
+    cos, sin, points = np.empty(n), np.empty(n), np.empty((n, 2))
+    head(pose[2], cos, sin)
+    for count in range(1, steps + 1):
+        for axis in range(2):
+            clip(command[axis], limits[axis], limits[2 + axis], spare[axis])
+            most, both = limits[4 + axis], limits[6 + axis]
+            ramp(spare[axis], most, both, inner[axis], after[axis], mean[axis])
+        travel = min(reach, step * greatest_of(mean[0]))
         if room <= travel:
-            return count, room, NEAR
+            room = room_around(pose, around)
+            if room <= travel:
+                return count - 1, filled, 0.0, STALE if room == UNLISTED else NEAR
         room -= travel
-        arcs(pose, cos, sin, step, mean)
-        inner[:] = after
-        if not is_due(count + 1, until, every):
-            continue
-        for row in range(n):
-            points[row, 0] = pose[row, 0] + l * cos[row]
-            points[row, 1] = pose[row, 1] + l * sin[row]
-        if not mapped(term(points, *given), cos, sin, l, after):
-            return count + 1, room, ODD
-        worst = 1.0
-        for row in range(n):
-            v, omega = abs(after[row, 0]), abs(after[row, 1])
-            excess = max(v / limits[row, 8], omega / limits[row, 9], 1.0)
-            worst = max(worst, excess)
-            mean[row, 0] = excess
-        saturate(after, mean, worst, scope, command)
-    return steps, room, DONE
+        arc(mean[0], mean[1], step, pose, cos, sin, spare)
+        copy(after[0], inner[0])
+        copy(after[1], inner[1])
+        if count >= until and (count - until) % every == 0:
+            place_points(pose, l, cos, sin, points)
+            if not map_all(term(points, *given), cos, sin, l, after):
+                return count, filled, room, ODD
+            excess = spare[0]
+            for row in range(n):
+                excess[row] = max(abs(after[0, row]) / limits[8, row], 1.0)
+            for row in range(n):
+                excess[row] = max(abs(after[1, row]) / limits[9, row], excess[row])
+            saturate(after, excess, scope, command)
+        if count >= ahead and (count - ahead) % between == 0:
+            if not keep(pose, command, kept[filled]):
+                return count, filled, room, FAR
+            filled += 1
+            head(pose[2], cos, sin)
+    return steps, filled, room, DONE
 
 
-def point_stretch(steps, until, every, pose, twist, command, step, l, scope, *given):
-    """Move hand points as point masses by up to ``steps`` steps, in place; return as ``stretch`` does.
+def point_stretch(plan, pose, twist, command, step, kept, l, scope, *given):
+    """Move hand points as point masses by several steps, in place; return what ``stretch`` does but room.
 
-    Arguments as there, and ``twist`` (n, 3), that of the last step; a point has neither limits nor a body,
+    Arguments as there, and ``twist`` (3, n), that of the last step; a point has neither limits nor a body,
     so that ``scope`` means nothing.
     """
-    n = len(pose)
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    points, wanted = np.empty((n, 2)), np.empty((n, 2))
-    for count in range(steps):
+    steps, until, every, ahead, between = plan
+    n, filled = pose.shape[1], 0
+    cos, sin = np.empty(n), np.empty(n)
+    points, wanted = np.empty((n, 2)), np.empty((2, n))
+    head(pose[2], cos, sin)
+    for count in range(1, steps + 1):
         for row in range(n):
-            along, across = command[row, 0], l * command[row, 1]
-            pose[row, 0] += step * (cos[row] * along - sin[row] * across)
-            pose[row, 1] += step * (sin[row] * along + cos[row] * across)
-            twist[row, 0], twist[row, 1] = along, across
-        if not is_due(count + 1, until, every):
-            continue
+            along, across = command[0, row], l * command[1, row]
+            pose[0, row] += step * (cos[row] * along - sin[row] * across)
+            pose[1, row] += step * (sin[row] * along + cos[row] * across)
+        copy(command[0], twist[0])
         for row in range(n):
-            points[row, 0] = pose[row, 0] + l * cos[row]
-            points[row, 1] = pose[row, 1] + l * sin[row]
-        if not mapped(term(points, *given), cos, sin, l, wanted):
-            return count + 1, ODD
-        for row in range(n):
-            command[row, 0], command[row, 1] = wanted[row, 0], wanted[row, 1]
-    return steps, DONE
+            twist[1, row] = l * command[1, row]
+        if count >= until and (count - until) % every == 0:
+            place_points(pose, l, cos, sin, points)
+            if not map_all(term(points, *given), cos, sin, l, wanted):
+                return count, filled, ODD
+            copy(wanted[0], command[0])
+            copy(wanted[1], command[1])
+        if count >= ahead and (count - ahead) % between == 0:
+            if not keep(pose, command, kept[filled]):
+                return count, filled, FAR
+            filled += 1
+    return steps, filled, DONE
 
 
 def sliding_stretch(
-    steps, until, every, pose, inner, command, limits, wheels, step, reach, room, l, scope, *given
+    plan, pose, inner, command, limits, wheels, step, reach, room, around, kept, l, scope, *given
 ):
     """Move omnidirectional bases, of which none turns, as ``stretch`` does unicycles.
 
-    Arguments as there, but for columns of three axes; ``wheels`` (n, 4, 3) of each robot: what one of its
-    rims does at vx and at vy, and the limit of its speed.  Where a robot turns, or is to turn, no step is
-    made.
+    Arguments as there, but of three axes; ``wheels`` (n, 4, 3) of each robot: what one of its rims does
+    at vx and at vy, and the limit of its speed.  Where a robot turns, or is to turn, no step is made.
     """
-    n = len(pose)
-    for row in range(n):
-        if inner[row, 2] != 0.0 or command[row, 2] != 0.0:
-            return 0, room, NEAR
-    after, mean, points = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    for count in range(steps):
-        fastest = slide_ramp(inner, command, limits, wheels, after, mean)
+    steps, until, every, ahead, between = plan
+    n, filled = pose.shape[1], 0
+    if greatest_of(inner[2]) != 0.0 or greatest_of(command[2]) != 0.0:
+        return 0, 0, room, NEAR
+    after, mean, spare = np.empty((2, n)), np.empty((2, n)), np.empty((2, n))
+    cos, sin, points, excess = np.empty(n), np.empty(n), np.empty((n, 2)), np.empty(n)
+    head(pose[2], cos, sin)
+    for count in range(1, steps + 1):
+        for axis in range(2):
+            clip(command[axis], limits[axis], limits[3 + axis], spare[axis])
+        rim_excesses(spare, wheels, excess)
+        for axis in range(2):
+            for row in range(n):
+                spare[axis, row] /= excess[row]
+            most, both = limits[6 + axis], limits[9 + axis]
+            ramp(spare[axis], most, both, inner[axis], after[axis], mean[axis])
+        fastest = max(greatest_of(mean[0]), greatest_of(mean[1]))
         travel = min(reach, step * DIAGONAL * fastest)
         if room <= travel:
-            return count, room, NEAR
+            room = room_around(pose, around)
+            if room <= travel:
+                return count - 1, filled, 0.0, STALE if room == UNLISTED else NEAR
         room -= travel
         for row in range(n):
-            x, y = step * mean[row, 0], step * mean[row, 1]
-            pose[row, 0] += cos[row] * x - sin[row] * y
-            pose[row, 1] += sin[row] * x + cos[row] * y
-            inner[row, 0], inner[row, 1] = after[row, 0], after[row, 1]
-        if not is_due(count + 1, until, every):
-            continue
-        for row in range(n):
-            points[row, 0], points[row, 1] = pose[row, 0], pose[row, 1]
-        if not mapped(term(points, *given), cos, sin, 1.0, after):
-            return count + 1, room, ODD
-        worst = 1.0
-        for row in range(n):
-            x, y = after[row, 0], after[row, 1]
-            excess = max(abs(x) / limits[row, 12], abs(y) / limits[row, 13], 1.0)
-            excess = max(excess, rim_excess(x, y, wheels[row]))
-            worst = max(worst, excess)
-            mean[row, 0] = excess
-        saturate(after, mean, worst, scope, command)
-    return steps, room, DONE
+            x, y = step * mean[0, row], step * mean[1, row]
+            pose[0, row] += cos[row] * x - sin[row] * y
+            pose[1, row] += sin[row] * x + cos[row] * y
+        copy(after[0], inner[0])
+        copy(after[1], inner[1])
+        if count >= until and (count - until) % every == 0:
+            place_points(pose, 0.0, cos, sin, points)
+            if not map_all(term(points, *given), cos, sin, 1.0, after):
+                return count, filled, room, ODD
+            rim_excesses(after, wheels, excess)
+            for axis in range(2):
+                for row in range(n):
+                    own = abs(after[axis, row]) / limits[12 + axis, row]
+                    excess[row] = max(own, excess[row])
+            saturate(after, excess, scope, command)
+        if count >= ahead and (count - ahead) % between == 0:
+            if not keep(pose, command, kept[filled]):
+                return count, filled, room, FAR
+            filled += 1
+    return steps, filled, room, DONE
 
 
-def is_due(step, until, every):
-    """Return whether the law is asked after ``step``."""
-    return step >= until and (step - until) % every == 0
+def rim_excesses(velocity, wheels, excess):
+    """Fill ``excess`` (n,): by which factor rims of ``wheels`` are too fast at ``velocity`` (2, n).
 
-
-def ramp(inner, command, limits, after, mean):
-    """Put the speeds (n, 2) at the end of a step, and their means, into ``after`` and ``mean``.
-
-    Return the greatest of the mean speeds.
+    1 where none is.
     """
-    fastest = 0.0
-    for row in range(len(inner)):
-        for axis in range(2):
-            target = min(max(command[row, axis], limits[row, axis]), limits[row, 2 + axis])
-            change = approach(target, inner[row, axis], limits[row, 4 + axis])
-            after[row, axis] = inner[row, axis] + change
-            mean[row, axis] = after[row, axis] - abs(change) * change / limits[row, 6 + axis]
-        fastest = max(fastest, abs(mean[row, 0]))
-    return fastest
-
-
-def slide_ramp(inner, command, limits, wheels, after, mean):
-    """As ``ramp``, of bases whose rims slow all axes alike."""
-    fastest = 0.0
-    for row in range(len(inner)):
-        for axis in range(2):
-            asked = max(command[row, axis], limits[row, axis])
-            after[row, axis] = min(asked, limits[row, 3 + axis])
-        slower = max(rim_excess(after[row, 0], after[row, 1], wheels[row]), 1.0)
-        for axis in range(2):
-            target = after[row, axis] / slower
-            change = approach(target, inner[row, axis], limits[row, 6 + axis])
-            after[row, axis] = inner[row, axis] + change
-            mean[row, axis] = after[row, axis] - abs(change) * change / limits[row, 9 + axis]
-        fastest = max(fastest, abs(mean[row, 0]), abs(mean[row, 1]))
-    return fastest
-
-
-def approach(target, speed, most):
-    """Return the change of ``speed`` toward ``target``, by ``most`` at most."""
-    return min(max(target - speed, -most), most)
-
-
-def arcs(pose, cos, sin, step, mean):
-    """Move unicycles along arcs at ``mean`` speeds (n, 2), and turn ``cos``, ``sin`` of their headings."""
-    for row in range(len(pose)):
-        half = 0.5 * step * mean[row, 1]
-        share, cos_half = half_turn(half)
-        sin_half, along = half * share, step * mean[row, 0] * share
-        # Of the mean heading, along which the centre moves, and of the one at the end.
-        c = cos[row] * cos_half - sin[row] * sin_half
-        s = sin[row] * cos_half + cos[row] * sin_half
-        pose[row, 0] += along * c
-        pose[row, 1] += along * s
-        cos[row], sin[row] = c * cos_half - s * sin_half, s * cos_half + c * sin_half
-        theta = pose[row, 2] + half + half
-        if theta < -PI or theta >= PI:
-            theta = (theta + PI) % TURN - PI
-        pose[row, 2] = theta
-
-
-def saturate(wanted, excess, worst, scope, command):
-    """Put ``wanted`` (n, 2), slowed as ``scope`` says, into ``command``.
-
-    ``excess`` (n, 2): by which factor each is too fast, in the first column; ``worst``: the greatest.
-    """
-    for row in range(len(wanted)):
-        factor = worst if scope == 2 else excess[row, 0] if scope == 1 else 1.0
-        command[row, 0], command[row, 1] = wanted[row, 0] / factor, wanted[row, 1] / factor
-
-
-def rim_excess(x, y, wheels):
-    """Return by which factor the fastest rim of ``wheels`` (4, 3) is too fast at the velocity (x, y)."""
-    excess = 0.0
-    for wheel in range(len(wheels)):
-        rim = wheels[wheel, 0] * x + wheels[wheel, 1] * y
-        excess = max(excess, abs(rim) / wheels[wheel, 2])
-    return excess
-
-
-def mapped(u, cos, sin, l, wanted):
-    """Put the commands (n, 2) that give points the velocities ``u``, eq. (7), into ``wanted``.
-
-    Return whether robots could follow all of them, and there is one for each.
-    """
-    if u.shape != wanted.shape:
-        return False
-    for row in range(len(u)):
-        x, y = u[row, 0], u[row, 1]
-        v, omega = cos[row] * x + sin[row] * y, (cos[row] * y - sin[row] * x) / l
-        if not (abs(v) <= FASTEST and abs(omega) <= FASTEST):
-            return False
-        wanted[row, 0], wanted[row, 1] = v, omega
-    return True
-
-
-def half_turn(half):
-    """Return ``sin(half)/half`` and ``cos(half)``; of small angles by series, to the last bits."""
-    if abs(half) > SMALL:
-        return np.sin(half) / half, np.cos(half)
-    s = half * half
-    share = 1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0)))
-    cos = 1.0 - s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0))))
-    return share, cos
+    for row in range(len(wheels)):
+        excess[row] = 1.0
+        for wheel in range(wheels.shape[1]):
+            rim = (
+                wheels[row, wheel, 0] * velocity[0, row] + wheels[row, wheel, 1] * velocity[1, row]
+            )
+            excess[row] = max(excess[row], abs(rim) / wheels[row, wheel, 2])

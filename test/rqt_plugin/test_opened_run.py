@@ -166,6 +166,25 @@ def test_a_run_is_renamed_pinned_deleted_and_brought_back(study):
     study.study.shelf.mark(path, name="", pinned=False)
 
 
+def test_a_run_that_ends_while_another_is_being_saved_is_saved_after_it(study, runs):
+    history, done = study.history, []
+    study.connection.do = lambda name, work: done.append(name)
+    other = history_of(read_run_csv(str(runs[0] / "runs" / "run0" / "run.csv")))
+    for _ in range(2):
+        history.clear()
+        history.fill(other.state.replace(estimate=None))
+        history.moved = history.time[-1]
+        study.results.judge()
+    assert done == ["save"]
+    verdict = str(runs[0] / "runs" / "run0" / "verdict.json")
+    assert study.results.ended(True, verdict) and done == ["save", "save"]
+    assert study.verdict.verdict is None and study.results.of_run() == ""  # of the run before
+    study.results.ended(True, verdict)
+    assert study.verdict.verdict is not None
+    assert study.results.of_run() == os.path.dirname(verdict)
+    assert not history.is_unsaved(0.1)
+
+
 def test_a_broken_run_is_refused_in_words(study, tmp_path):
     (tmp_path / "run.csv").write_text("time,robot\n0,1\n")
     study.opened.open(str(tmp_path))

@@ -141,7 +141,9 @@ def test_the_curves_shown_are_copied_as_a_table(study):
 @pytest.mark.parametrize("what, more", [("video", []), ("film", ["--space"])])
 def test_results_are_saved_with_a_video(study, tmp_path, what, more, monkeypatch):
     asked = []
-    monkeypatch.setattr(study.study.files, "save", lambda *given: asked.append(given[1:]))
+    files = study.study.files
+    monkeypatch.setattr(files, "saver", lambda *given: lambda: asked.append(given[1:]))
     choose(study, what)
     answer(study, tmp_path / "run")
-    assert asked == [(str(tmp_path / "run"), ("--video", "--beside-curves", *more))]
+    options = "--video", "--beside-curves", *more
+    assert asked == [(str(tmp_path / "run"), "png,pdf,svg", options)]

@@ -59,13 +59,16 @@ class StudyWidget(StudyPanels):
         self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
-        self.export = Export(self, self.results, self.files, self.study.processes)
         self.opened = OpenedRun(self, self.study, self.live, self.replay, self.editing)
+        processes = self.study.processes
+        self.export = Export(self, self.results, self.files, processes, self.opened)
         self.course = Course(self, self.study, self.history, self.live, self.opened)
         self.comparison_control = Comparison(
-            self, self.study, self.history, self.replay, self.opened
+            self, self.study, self.history, self.replay, self.opened, self.results
         )
-        self.shelf_control = ShelfControl(self, self.study.shelf, self.files, self.opened)
+        self.shelf_control = ShelfControl(
+            self, self.study.shelf, self.files, self.opened, self.results
+        )
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)

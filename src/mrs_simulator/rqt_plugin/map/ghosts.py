@@ -58,21 +58,30 @@ def pen_of(shade, place, style):
     return pen
 
 
-def draw_names(painter, style, frame, named):
-    """Draw the names of runs and their lines in the upper left corner; ``named``: ``(name, place)``."""
+def draw_names(painter, style, frame, named, place):
+    """Draw the names of runs and their lines in that upper corner where fewer robots are.
+
+    ``named``: ``(name, number of the run)``; ``place``: of the robots (n, 2) [m].
+    """
     area, line = frame.area, style.line
     metrics = painter.fontMetrics()
     most = int(0.5 * area.width())
     names = [metrics.elidedText(name, Qt.ElideRight, most) for name, _ in named]
-    wide = 3.4 * line + max(map(metrics.horizontalAdvance, names))
-    left, top = area.left() + 0.4 * line, area.top() + 0.4 * line
+    wide, high = (
+        3.4 * line + max(map(metrics.horizontalAdvance, names)),
+        (1.2 * len(names) + 0.3) * line,
+    )
+    lefts = area.left() + 0.4 * line, area.right() - 0.4 * line - wide
+    boxes = [QRectF(left, area.top() + 0.4 * line, wide, high) for left in lefts]
+    screen = frame.to_screen(place[np.isfinite(place).all(axis=1)]).tolist()
+    box = min(boxes, key=lambda each: sum(each.contains(x, y) for x, y in screen))
     painter.setPen(QPen(style.mixed(0.25), 1))
     painter.setBrush(faded(style.base, 0.85))
-    painter.drawRect(QRectF(left, top, wide, (1.2 * len(names) + 0.3) * line))
-    for row, ((_, place), name) in enumerate(zip(named, names)):
-        y = top + (1.2 * row + 0.75) * line
-        painter.setPen(pen_of(style.mixed(0.7), place, style))
-        painter.drawLine(QLineF(left + 0.4 * line, y, left + 2.4 * line, y))
+    painter.drawRect(box)
+    for row, ((_, number), name) in enumerate(zip(named, names)):
+        y = box.top() + (1.2 * row + 0.75) * line
+        painter.setPen(pen_of(style.mixed(0.7), number, style))
+        painter.drawLine(QLineF(box.left() + 0.4 * line, y, box.left() + 2.4 * line, y))
         painter.setPen(style.text)
-        box = QRectF(left + 2.8 * line, y - line, wide, 2.0 * line)
-        painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, name)
+        beside = QRectF(box.left() + 2.8 * line, y - line, wide, 2.0 * line)
+        painter.drawText(beside, Qt.AlignLeft | Qt.AlignVCenter, name)

@@ -63,7 +63,7 @@ class PaintedMap(MapScene):
                 draw_legend(painter, style, self.frame, self.legend())
             if self.ghosts:
                 names = [(self.own_name, 0), *((ghost.name, ghost.place) for ghost in self.ghosts)]
-                draw_names(painter, style, self.frame, names)
+                draw_names(painter, style, self.frame, names, self.team.pose[:, :2])
             self._paint_passing(painter, style)
             if remark:
                 axes.draw_remark(painter, style, self.frame, remark)

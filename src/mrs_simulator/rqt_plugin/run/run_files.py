@@ -15,6 +15,7 @@ from mrs_simulator.study.results.report import VERDICT_FILE
 from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.verdict.estimation import UNKNOWN
 
+FIGURES = "png,pdf,svg"  # formats of the figures that are saved
 CANCELLED = "cancelled; what was written is in {}"
 LOST = "{} samples are left out: the controller published no estimates for their times"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
@@ -49,8 +50,12 @@ class RunFiles:
 
         ``more``: options of ``report`` for what it is to write besides.
         """
+        self.saver(history, directory, FIGURES, more)()
+
+    def saver(self, history, directory, formats, more=()):
+        """Return a function that begins to save the run as it is now; ``formats``: of figures, or ""."""
         write, recorded = self.writing(history, directory), history.recorded
-        self._cancelled.clear()
+        made = "figures and the verdict" if formats else "the verdict"
 
         def report(share):
             self.saving = "writing run.csv, {:.0%}".format(share)
@@ -58,10 +63,10 @@ class RunFiles:
         def work():
             report(0.0)
             path = write(report)
-            self.saving = "making figures and the verdict" + (", and the video" if more else "")
+            self.saving = "making " + made + (", and the video" if more else "")
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
-            arguments = [path, "--out", directory, "--formats", "png,pdf,svg", *more]
+            arguments = [path, "--out", directory, "--formats", formats, *more]
             code, output = self._processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
@@ -73,8 +78,12 @@ class RunFiles:
                 describe(directory)
             return True, verdict
 
-        self.saving = "preparing"
-        self._connection.do("save", work)
+        def begin():
+            self._cancelled.clear()
+            self.saving = "preparing"
+            self._connection.do("save", work)
+
+        return begin
 
     def cancel(self):
         """Cancel saving; data already written stays, as the answer of ``save`` reports."""

@@ -43,9 +43,9 @@ class Shown(NamedTuple):
 class Comparison:
     """The runs laid over the run shown, which is the window's own or one that was opened."""
 
-    def __init__(self, panels, study, history, replay, opened):
+    def __init__(self, panels, study, history, replay, opened, results):
         self._panels, self._study, self._history = panels, study, history
-        self._replay, self._opened = replay, opened
+        self._replay, self._opened, self._results = replay, opened, results
         self._paths, self._loaded = [], {}
         self._worker, self._rows = DebouncedWorker(0.0), None
         self._shown = Shown((), None, None, None)
@@ -80,7 +80,7 @@ class Comparison:
     def _now(self):
         """Return what a comparison would be of now."""
         opened = self._opened.run
-        base = self._opened.path
+        base = self._opened.path or self._results.of_run()
         runs = [self._loaded[path] for path in self._paths if path in self._loaded and path != base]
         if not runs:
             return Shown((), None, None, None)
@@ -91,7 +91,11 @@ class Comparison:
     def _compare(self):
         panels, shown = self._panels, self._shown
         entries = {entry.path: entry.name for entry in panels.shelf.list.runs.entries}
-        own = OWN if shown.opened is None else entries.get(shown.opened.path, OWN)
+        base, title = (
+            self._opened.path or self._results.of_run(),
+            getattr(shown.scenario, "title", ""),
+        )
+        own = entries.get(base) or title or OWN
         compared = [ComparedRun(own, _keys(shown.scenario), shown.verdict)]
         for run in shown.runs:
             compared.append(

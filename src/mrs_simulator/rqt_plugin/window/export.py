@@ -22,10 +22,13 @@ VIDEO = {
 class Export:
     """Does what the menu beside *Save...* offers."""
 
-    def __init__(self, panels, results, files, processes):
-        """``results``: the window's ``Results``; ``files``: asks for paths, a ``ScenarioFiles``."""
+    def __init__(self, panels, results, files, processes, opened):
+        """``results``: the window's ``Results``; ``files``: asks for paths, a ``ScenarioFiles``.
+
+        ``opened``: the ``OpenedRun``.
+        """
         self._panels, self._results, self._files = panels, results, files
-        self._processes, self.composer = processes, None
+        self._processes, self._opened, self.composer = processes, opened, None
 
     def do(self, what):
         """Export ``what``, a name of ``bar.EXPORTS``."""
@@ -45,7 +48,7 @@ class Export:
             self._ask(what, lambda path: save_picture(widget, path), OF_WIDGETS)
 
     def _compose(self):
-        directory = self._results.directory
+        directory = self._opened.path or self._results.directory
         if directory is None:
             self._panels.say(ErrorMessage(NOT_SAVED))
             return

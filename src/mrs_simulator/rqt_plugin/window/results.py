@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.run_files import FIGURES
 from mrs_simulator.scenario.reading import reason
 from mrs_simulator.verdict.verdict_file import read_verdict
 
@@ -21,10 +22,17 @@ class Results:
         self._panels, self._study, self._history, self._files = panels, study, history, files
         self._since = None  # [s], when the saving that is under way began
         self.directory = None  # of the run saved last
+        # Times that the history had been cleared when it was saved, and for what is being saved.
+        self._cleared, self._saves = -1, -1
+        self._waiting = []  # what is to be saved next: how it begins, and the same of it
 
     def can_be_saved(self):
         """Return whether there is a run, and no saving is under way."""
         return bool(len(self._history.time)) and self._since is None
+
+    def of_run(self):
+        """Return the directory to which the run in the history was saved, "" where it was not."""
+        return self.directory if self._cleared == self._history.cleared else ""
 
     def ask_where(self, more=()):
         """Ask for the directory to save to; ``more``: options of ``report`` for what else is saved."""
@@ -37,26 +45,34 @@ class Results:
             self._files.ask(TITLE, start, "", save, saves=True)
 
     def judge(self):
-        """Save the run on the shelf, and show the verdict."""
+        """Save the run on the shelf, without figures, and show the verdict."""
         if not self._nothing_to_save():
-            self.save(self._study.files.shelf_directory(self._history))
+            directory = self._study.files.shelf_directory(self._history)
+            self._begin(self._study.files.saver(self._history, directory, ""))
 
     def save(self, directory, more=()):
         """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``.
 
-        ``more``: options of ``report``.
+        ``more``: options of ``report``.  What is being saved is finished before.
         """
         if not self._nothing_to_save():
             self._panels.say("saving to {}".format(directory))
-            self._history.saved = self._history.moved
+            self._begin(self._study.files.saver(self._history, directory, FIGURES, more))
+
+    def _begin(self, save):
+        """Begin to ``save``, once nothing else is being saved."""
+        self._history.saved = self._history.moved
+        self._waiting.append((save, self._history.cleared))
+        self._go_on()
+
+    def _go_on(self):
+        if self._since is None and self._waiting:
+            save, self._saves = self._waiting.pop(0)
             self._since = time.monotonic()
-            self._study.files.save(self._history, directory, more)
+            save()
             self.show_progress()
 
     def _nothing_to_save(self):
-        if self._since is not None:
-            text = "not saved: the last results are still being saved"
-            return self._panels.say(ErrorMessage(text))
         nothing = ErrorMessage("nothing to save: no data of robots received")
         return not len(self._history.time) and self._panels.say(nothing)
 
@@ -73,14 +89,23 @@ class Results:
         """Handle the end of saving; show the verdict, and return whether all was saved."""
         self._since = None
         if success:
-            self._show_verdict(answer)
-        else:
+            self._take_saved(answer)
+        elif self._is_of_now():
             self._history.saved = -np.inf  # it is not, or not wholly
+        self._go_on()
         return success
 
-    def _show_verdict(self, path):
-        self.directory = os.path.dirname(path)
+    def _is_of_now(self):
+        """Return whether what was saved is the run in the history, and no earlier one."""
+        return self._saves == self._history.cleared
+
+    def _take_saved(self, path):
+        self.directory, self._cleared = os.path.dirname(path), self._saves
         self._panels.say("saved to {}".format(self.directory))
+        if self._is_of_now():
+            self._show_verdict(path)
+
+    def _show_verdict(self, path):
         try:
             self._panels.verdict.set_verdict(read_verdict(path))
         except (ValueError, OSError) as error:

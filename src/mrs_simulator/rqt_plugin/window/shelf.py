@@ -18,10 +18,13 @@ MOST_NAMED = 5
 class ShelfControl:
     """Keeps the list of runs up to date, and marks, deletes and adds runs."""
 
-    def __init__(self, panels, shelf, files, opened):
-        """``shelf``: the ``Shelf``; ``files``: the ``ScenarioFiles``; ``opened``: the ``OpenedRun``."""
+    def __init__(self, panels, shelf, files, opened, results):
+        """``shelf``: the ``Shelf``; ``files``: the ``ScenarioFiles``; ``opened``: the ``OpenedRun``.
+
+        ``results``: the window's ``Results``, which know where its own run was saved.
+        """
         self._panels, self._shelf, self._files = panels, shelf, files
-        self._opened = opened
+        self._opened, self._results = opened, results
         self._worker, self._looks = DebouncedWorker(0.0), False
         self._looked_at = -math.inf  # [s] of wall time
         self._deleted = []  # what can be brought back, the newest last
@@ -46,7 +49,7 @@ class ShelfControl:
         """Show the runs that are there, and their pictures."""
         panel = self._panels.shelf
         panel.list.follow()
-        panel.list.set_shown(self._opened.path)
+        panel.list.set_shown(self._opened.path or self._results.of_run())
         found = self._worker.take()
         if found is not None:
             self._looks = False
@@ -98,7 +101,10 @@ class ShelfControl:
 
     @guarded
     def _on_show(self, path):
-        self._opened.open(path)
+        if path == self._results.of_run():  # which the window has
+            self._opened.close()
+        else:
+            self._opened.open(path)
 
     @guarded
     def _on_scenario(self, path):

@@ -13,10 +13,15 @@ import pytest
 import yaml
 from ros_fixtures import wait_until
 
+from mrs_simulator.core import compiling
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.results.provenance import read_provenance
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.results.reproduce import SAME, reproduce
 from mrs_simulator.study.run import run_keys, sweep, workers
 from mrs_simulator.study.run.command import main, sweep_main
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.run_keys import law_files
 from mrs_simulator.study.run.sweep import (
     PROTOCOL,
@@ -30,6 +35,7 @@ from mrs_simulator.study.run.workers import Cores, failed, on_cores
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")
+PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
 K = "control.parameters.k"
 
 
@@ -237,7 +243,7 @@ def test_entries_of_lists_are_swept(tmp_path):
 def test_runs_alike_are_run_once(tmp_path, monkeypatch):
     ran = []
 
-    def run(scenario, out):
+    def run(scenario, out, many):
         ran.append(out)
         return sweep.failed("as told")
 
@@ -249,6 +255,32 @@ def test_runs_alike_are_run_once(tmp_path, monkeypatch):
     verdicts = run_sweep(runs, str(tmp_path), jobs=2)
     assert len(ran) == 2 and len(verdicts) == 3 and None not in verdicts
     assert [row["seed"] for row in rows(str(tmp_path))] == ["1", "2", "1"]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_runs_that_pay_together_are_compiled_and_reproduced_so(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("numba")
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    runs = make_runs(PAPER, [("duration", [3.0, 3.1])])
+    assert not sweep._are_many(runs) and sweep._are_many(10 * make_runs(PAPER, [("seed", [1])]))
+    monkeypatch.setattr(sweep, "_are_many", lambda runs: True)
+    run_sweep(runs, str(tmp_path), jobs=1)
+    run = str(tmp_path / runs[0][0])
+    assert read_provenance(run)["compiled"] == "many"
+    assert reproduce(run) == SAME
+    with compiling.chosen("0"):
+        run_experiment(runs[0][2], str(tmp_path / "plain"), formats=())
+    plain, own = (read_run(each) for each in (str(tmp_path / "plain"), run))
+    assert not np.array_equal(plain.pose, own.pose)
+    np.testing.assert_allclose(plain.pose, own.pose, rtol=0.0, atol=1e-9)
+
+
+def test_without_numba_a_sweep_says_what_that_costs(monkeypatch, capsys):
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    monkeypatch.setattr(compiling, "find_spec", lambda name: None)
+    assert not sweep._are_many(100 * make_runs(PAPER, [("seed", [1])]))
+    said = capsys.readouterr().err
+    assert said.startswith("sweep: numba is not installed: these runs take some 1")
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -17,7 +17,8 @@ LOADING = 0.6  # [s] that numba and a kept kernel take to load, about
 # [s] that a step takes less when it is compiled: of each step, of each of its robots
 SAVED = (30e-6, 20e-9)
 WORTH = 5000  # [-] calls of 0.1 ms that take as long as loading
-HINT = "numba is not installed: this run takes some {:.0f} s longer, wanted `pip install numba`"
+HINT = "numba is not installed: {} some {:.0f} s longer, wanted `pip install numba`"
+MANY = "many"  # how runs are made of which so many are alike that they pay for compilation together
 
 # Files of what is kept under a name that ends with a digest: an index, and machine code by its count.
 KEPT_FILE = re.compile(r"(.+_[0-9a-f]{12}-\w+\.py\w+?)(?:\.\d+)?\.nb[ic]$")
@@ -55,6 +56,35 @@ def chosen(wanted):
             os.environ[VARIABLE] = before
 
 
+_many = False
+
+
+@contextlib.contextmanager
+def of_many(wanted):
+    """Let runs be compiled where they can be, if ``wanted``, since they pay together.
+
+    Unless the environment says anything.  A law that numba cannot compile goes step by step.
+    """
+    global _many
+    before, _many = _many, wanted
+    try:
+        yield
+    finally:
+        _many = before
+
+
+def mode():
+    """Return what decides whether a run is compiled: ``VARIABLE``'s value, ``MANY``, or None."""
+    return _chosen() or (MANY if _many else None)
+
+
+@contextlib.contextmanager
+def as_made(wanted):
+    """Let runs be compiled as when :func:`mode` returned ``wanted``."""
+    with chosen(None if wanted == MANY else wanted), of_many(wanted == MANY):
+        yield
+
+
 def seconds_saved(steps, robots):
     """Return how much sooner [s] ``steps`` of ``robots`` end when they are compiled, loading included."""
     by_step, by_robot = SAVED
@@ -69,11 +99,27 @@ def pays(steps, robots):
     """
     if is_chosen():
         return is_wanted(), ""
-    saved = seconds_saved(steps, robots)
+    if _many:
+        return find_spec("numba") is not None, ""
+    return _pays(seconds_saved(steps, robots), "this run takes")
+
+
+def pays_together(runs):
+    """Return as :func:`pays` does of ``runs``, pairs of steps and robots, made one after the other.
+
+    False where the environment says anything: it holds for each of them.
+    """
+    if is_chosen():
+        return False, ""
+    saved = sum(LOADING + seconds_saved(*run) for run in runs) - LOADING
+    return _pays(saved, "these runs take")
+
+
+def _pays(saved, what):
     if saved <= 0.0:
         return False, ""
     if find_spec("numba") is None:
-        return False, HINT.format(saved)
+        return False, HINT.format(what, saved)
     return True, ""
 
 

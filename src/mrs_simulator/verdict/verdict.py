@@ -6,6 +6,7 @@ that was derived from the law itself is *self-consistent*: it agrees with itself
 """
 
 import argparse
+import functools
 import json
 import math
 import platform
@@ -634,6 +635,11 @@ def _excess(difference, relation):
 
 def versions() -> Dict[str, str]:
     """Return the versions of what makes a run what it is."""
+    return dict(_versions())
+
+
+@functools.lru_cache(maxsize=None)
+def _versions():
     from importlib import metadata  # slow to import, wanted once a run
 
     found = {"mrs_simulator": __version__, "python": platform.python_version()}

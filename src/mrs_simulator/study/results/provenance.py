@@ -6,7 +6,7 @@ import platform
 import sys
 
 import mrs_simulator
-from mrs_simulator.core.compiling import VARIABLE
+from mrs_simulator.core import compiling
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.scenario.reading import read_json
 from mrs_simulator.study.draw.style import Look
@@ -23,9 +23,10 @@ def provenance(scenario, out, look):
     """Return how the run of ``scenario`` in the directory ``out`` was made, a plain mapping.
 
     ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
-    of a clone; ``processor``; ``compiled``: ``MRS_SIMULATOR_COMPILED``, None where it was unset; ``seed``;
-    ``look``: width [in] and style of the figures; ``stamp``: what these carry, one hash of all inputs;
-    ``inputs`` and ``outputs``: SHA-256 by file, the outputs without those that hold wall times
+    of a clone; ``processor``; ``compiled``: ``MRS_SIMULATOR_COMPILED``, None where it was unset, or
+    "many" in a sweep that was compiled; ``seed``; ``look``: width [in] and style of the figures;
+    ``stamp``: what these carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the
+    outputs without those that hold wall times
     (``run.json``, ``verdict.json``).
     """
     inputs = {path: digest(path) for path in input_files(scenario)}
@@ -36,7 +37,7 @@ def provenance(scenario, out, look):
         "versions": versions(),
         "commit": commit(),
         "processor": processor(),
-        "compiled": os.environ.get(VARIABLE),
+        "compiled": compiling.mode(),
         "seed": scenario.seed,
         "look": {"width": look.width, "style": {k: str(v) for k, v in look.style.items()}},
         "stamp": stamp_of(scenario),

@@ -73,7 +73,7 @@ def reproduce(path, style=""):
     own_look = look(made["look"].get("width", ""), style)
     scenario = load_scenario(os.path.join(out, "scenario.yaml"))
     with tempfile.TemporaryDirectory(prefix="mrs_simulator") as directory:
-        with compiling.chosen(_compiled(made)):  # which decides on last bits
+        with compiling.as_made(_compiled(made)):  # which decides on last bits
             run_experiment(scenario, directory, formats=formats, look=own_look)
         again = {each: digest(os.path.join(directory, each)) for each in outputs}
     for each in outputs:

@@ -5,18 +5,20 @@ import csv
 import itertools
 import os
 import re
+import sys
 import time
 from collections import Counter
 
 import numpy as np
 
+from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.writing import naming
 from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
-from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.experiment import run_experiment, steps_of
 from mrs_simulator.study.run.run_keys import forget, run_key
 from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
 from mrs_simulator.study.search.assurance import interval
@@ -336,13 +338,12 @@ def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None,
     """
     out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
+    where = jobs, scheduler, progress, _are_many(runs)
     if part is not None:
-        return _run_all(
-            runs[part[0] - 1 :: part[1]], out, table_name(part), jobs, scheduler, progress
-        )
+        return _run_all(runs[part[0] - 1 :: part[1]], out, table_name(part), *where)
     for path in filter(os.path.exists, _figure_files(out)):
         os.remove(path)  # of an earlier sweep; this one may have nothing to draw
-    verdicts = _run_all(runs, out, TABLE, jobs, scheduler, progress)
+    verdicts = _run_all(runs, out, TABLE, *where)
     _write_figures(runs, verdicts, out, boundary)
     return verdicts
 
@@ -352,13 +353,21 @@ def table_name(part=None):
     return TABLE if part is None else "sweep.part-{}-of-{}.csv".format(*part)
 
 
-def _run_all(runs, out, table, jobs, scheduler, progress):
-    """Run ``runs``, write ``table`` and return the verdicts."""
+def _are_many(runs):
+    """Return whether ``runs`` are compiled, since they pay for it together."""
+    many, hint = compiling.pays_together((steps_of(run), run.n) for _, _, run in runs)
+    if hint:
+        print("sweep: " + hint, file=sys.stderr)
+    return many
+
+
+def _run_all(runs, out, table, jobs, scheduler, progress, many):
+    """Run ``runs``, write ``table`` and return the verdicts; ``many``: whether they are compiled."""
     verdicts, due, rows = [None] * len(runs), 0.0, {}
     for row, (name, _, _) in enumerate(runs):
         rows.setdefault(name, []).append(row)  # runs alike are one
     alike = list(rows.values())
-    tasks = [(runs[own[0]][2], os.path.join(out, runs[own[0]][0])) for own in alike]
+    tasks = [(runs[own[0]][2], os.path.join(out, runs[own[0]][0]), many) for own in alike]
     run = _guarded_run
     done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
     try:
@@ -374,9 +383,10 @@ def _run_all(runs, out, table, jobs, scheduler, progress):
     return verdicts
 
 
-def _guarded_run(scenario, out):
+def _guarded_run(scenario, out, many):
     try:
-        return run_one(scenario, out)
+        with compiling.of_many(many):
+            return run_one(scenario, out)
     except Exception as error:  # a law of one's own may raise anything; the other runs go on
         return failed(named(error))
 

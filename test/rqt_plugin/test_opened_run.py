@@ -58,6 +58,7 @@ def frame(widget):
     widget.comparison_control.follow()
     widget.shelf_control.follow()
     widget.replay.show_frame()
+    widget.opened.show_frame()
     widget.live.show_frame()
     widget.comparison_control.show_frame()
 
@@ -94,8 +95,10 @@ def test_a_click_shows_a_run_at_any_moment_and_another_button_the_window_s_own(s
     np.testing.assert_allclose(study.map.team.pose, run.pose[-1])
     assert study.time_line.label.text() == "end: 12.0 s"
     assert "not judged" in study.verdict.title() and study.map.trails.begun >= 2
+    ended = study.map.targets.copy()
     QTest.keyClick(study.time_line.slider, Qt.Key_Home)
     frame(study)
+    assert np.abs(study.map.targets - ended).max() > 0.1  # they are where neighbours are
     np.testing.assert_allclose(study.map.team.pose, run.pose[0])
     assert study.shelf.list.runs.shown == path
     QTest.mouseClick(study.time_line.newest, Qt.LeftButton)

@@ -215,7 +215,7 @@ def test_what_several_messages_tell_is_one_reading(monkeypatch):
 
 def test_cones_rays_and_robots_seen_lie_where_they_were_sensed(study):
     study.shown["sensors"].setChecked(True)
-    study.sensing._on_robot(1)
+    study.selection.choose(1)
     study.map.set_legend_shown(False)
     study.map.set_edges_shown(False)
     empty = {place: shade(study, *place) for place in ((1.0, 0.3), (-1.0, 0.3), (1.0, 1.7))}
@@ -324,7 +324,7 @@ def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
 
 def test_the_panel_tells_state_rate_and_age(study):
     study.results_tabs.setCurrentWidget(study.sensors)
-    study.sensing._on_robot(2)
+    study.selection.choose(2)
     compass = CompassReading(0.0, 0.5)
     hear(study, ("sonar", compass), number=2)
     table = study.sensors.table
@@ -406,7 +406,7 @@ def test_which_diagnostics_are_a_robots_own(name, hardware, is_its):
 
 def test_the_panel_has_the_robots_own_diagnostics_and_its_motion(study):
     study.results_tabs.setCurrentWidget(study.sensors)
-    study.sensing._on_robot(2)
+    study.selection.choose(2)
     study.connection.snapshot.return_value = STANDS
     parts = [part("robot2/driver: motors", level="error"), part("robot1/driver"), part("stage")]
     study.connection.diagnostics.return_value = parts
@@ -422,7 +422,7 @@ def test_the_panel_has_the_robots_own_diagnostics_and_its_motion(study):
 
 def test_the_picture_of_a_camera_is_shown_in_its_colours(app, study):
     study.results_tabs.setCurrentWidget(study.sensors)
-    study.sensing._on_robot(2)
+    study.selection.choose(2)
     image = np.zeros((4, 5, 3), dtype=np.uint8)  # a width whose lines are no whole words
     image[:2], image[2:] = (255, 0, 0), (0, 0, 255)
     hear(study, ("sonar", CameraReading(0.0, image, np.zeros((4, 5)), ())), number=2)
@@ -484,13 +484,13 @@ def test_flight_states_and_incidents_of_the_robot_are_shown(study):
     stage = SimpleNamespace(flight=("hovering", "falling"), real_silent=(), timed_out=())
     study.connection.newest.side_effect = lambda name: stage if name == "stage" else None
     study.connection.is_fresh.side_effect = lambda name: name == "stage"
-    study.sensing._on_robot(2)
+    study.selection.choose(2)
     study.sensing.show()
     state = study.sensors.state
     assert state.message == (
         "Falling; lost rotor 3 at 2.5 s; is upside down, its motors are cut at 2.8 s"
     )
-    study.sensing._on_robot(1)
+    study.selection.choose(1)
     study.sensing.show()
     assert state.message == "Hovering; has rotors at their limit at 2.6 s"
     assert "robot2 lost rotor 3 at 2.50 s" in study.messages.toPlainText()
@@ -505,7 +505,7 @@ def test_only_the_depth_that_is_wanted_is_listened_to(study):
         {"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": {"type": "camera"}}}]}
     ))  # fmt: skip
     study.results_tabs.setCurrentWidget(study.sensors)
-    study.sensing._on_robot(1)
+    study.selection.choose(1)
     study.sensing.show()
     assert (1, "eye") in study.watched and (1, "eye depth") not in study.watched
     study.sensors.looks.setCurrentIndex(1)
@@ -520,7 +520,7 @@ def test_the_panel_says_why_it_is_empty(study):
     study.show_scenario(
         scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": {"sonar": None}}]})
     )
-    study.sensing._on_robot(1)
+    study.selection.choose(1)
     study.sensing.show()
     assert "has no sensors" in study.sensors._note.text()
 
@@ -530,7 +530,7 @@ def test_the_panel_says_why_it_is_empty(study):
 
 def test_sensors_diagnostics_and_programs_over_ros(gui):  # noqa: F811
     gui("""
-gui.sensing._on_robot(1)
+gui.selection.choose(1)
 gui.results_tabs.setCurrentWidget(gui.sensors)
 click("simulate")
 table = gui.sensors.table

@@ -18,6 +18,7 @@ ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
 TRAIL, PLUMB = 1.6, 1.2  # [px] widths of lines
 SPACING = 3.0  # [px] between points of a trail
+RING, RING_RADIUS, RING_CORNERS = 3.0, 1.35, 48  # [px] wide; [-] of a robot's reach; corners
 FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
 
 
@@ -36,6 +37,8 @@ class Scene(NamedTuple):
     load: Any = (
         None  # the ``load.Load`` that they carry together, seen where the state has its pose
     )
+
+    chosen: Any = None  # the row of a robot that is picked out
 
     @property
     def place(self):
@@ -115,6 +118,7 @@ def drawn(scene, camera, width, height, palette=LIGHT):
         _trails(view, scene),
         _starts(view, scene),
         _targets(view, scene),
+        _ring(view, scene),
         robots.marks(team),
         robots.things(
             view,
@@ -166,6 +170,19 @@ def _plumb_lines(view, scene, place):
     segments = np.stack([aloft, aloft * (1.0, 1.0, 0.0)], axis=1)
     colours = np.tile((*view.palette.lines, 0.45), (len(segments), 1))
     return view.lines(segments, colours, PLUMB)
+
+
+def _ring(view, scene):
+    """Return a ring on the ground about the robot that is picked out."""
+    if scene.chosen is None or not np.isfinite(scene.place[scene.chosen]).all():
+        return None
+    reach = kind_model(scene.kinds[scene.chosen]).reach
+    turn = np.linspace(0.0, 2.0 * np.pi, RING_CORNERS + 1)
+    circle = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    corners = scene.place[scene.chosen] * (1.0, 1.0, 0.0) + RING_RADIUS * reach * circle
+    segments = np.stack([corners[:-1], corners[1:]], axis=1)
+    colours = np.tile((*np.asarray(scene.shades)[scene.chosen], 1.0), (RING_CORNERS, 1))
+    return view.lines(segments, colours, RING)
 
 
 def _edges(view, scene, team):

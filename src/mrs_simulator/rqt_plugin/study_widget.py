@@ -23,6 +23,7 @@ from mrs_simulator.rqt_plugin.window.results import Results
 from mrs_simulator.rqt_plugin.window.saved_layout import restore_layout, saved_layout
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
+from mrs_simulator.rqt_plugin.window.selection import Selection
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.shelf import ShelfControl
 from mrs_simulator.rqt_plugin.window.start import Start
@@ -54,6 +55,7 @@ class StudyWidget(StudyPanels):
         self.editing = ScenarioEditing(self, self.study, self.live, *pending)
         self.files = ScenarioFiles(self, self.study, self.editing, self.live, self.pending_team)
         self.load, self.save_scenario = self.files.load, self.files.save
+        self.selection = Selection(self)
         self.sensing = Sensing(self, self.study, self.history)
         self.edge_lens = EdgeLens(self, self.study)
         self.program_control = ProgramControl(self, self.study)
@@ -156,6 +158,7 @@ class StudyWidget(StudyPanels):
     @guarded
     def _on_frame(self):
         self.replay.show_frame()
+        self.opened.show_frame()
         self.live.show_frame()
         self.comparison_control.show_frame()
 

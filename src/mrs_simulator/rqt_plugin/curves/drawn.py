@@ -35,6 +35,7 @@ FOLLOW = (
     "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
 )
 THIS = "This run"
+BOLD, PALE = 1.8, 0.35  # [-] width of curves picked out; opacity of the others
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 NO_RUN = "No run yet: Run (F5) starts one"
 
@@ -60,6 +61,7 @@ class DrawnCurves(QWidget):
         self._ranges = ()
         self._live = self._source = Source(History())  # of the run of now; what is shown
         self._others, self._own_name = [], THIS  # ``Source``s over it, and what it is called then
+        self._picked = 0  # the number of the robot that is picked out
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
         self._timer = QTimer(self)
@@ -100,6 +102,12 @@ class DrawnCurves(QWidget):
         """
         self._others, self._own_name = list(others), own or THIS
         self._renew()
+
+    def pick_out(self, number):
+        """Draw the curves of the robot ``number`` above all others, 0 for none."""
+        if number != self._picked:
+            self._picked = number
+            self._renew()
 
     @property
     def source(self):
@@ -273,7 +281,18 @@ class DrawnCurves(QWidget):
         others = [
             source.state_curves(values, self._chosen, styles, begin) for source in self._others
         ]
-        return self._told_apart([found, *others]), ""
+        return self._picked_out(self._told_apart([found, *others])), ""
+
+    def _picked_out(self, curves):
+        """Return ``curves``, those of the robot picked out above the others, which are paler."""
+        if all(curve.robot != self._picked for curve in curves):
+            return curves
+        return [
+            curve._replace(style=dict(curve.style, zorder=3, lw=BOLD * curve.style["lw"]))
+            if curve.robot == self._picked
+            else curve._replace(style=dict(curve.style, alpha=PALE))
+            for curve in curves
+        ]
 
     def _told_apart(self, runs):
         """Return the curves of all ``runs``, each run's in its own line; of too many the first's alone."""

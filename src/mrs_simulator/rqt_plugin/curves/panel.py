@@ -21,6 +21,7 @@ class CurvesPanel(DrawnCurves):
     """Curves that are zoomed by the wheel and panned by a drag; the one under the mouse is named."""
 
     time_chosen = Signal(float)  # [s], by a click
+    robot_clicked = Signal(int)  # the number of the robot whose curve was clicked
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -179,6 +180,9 @@ class CurvesPanel(DrawnCurves):
         self._grip, pressed, self._pressed = None, self._pressed, None
         if pressed is None or np.hypot(event.x - pressed[0], event.y - pressed[1]) > self._reach():
             return
+        found = self._plot.nearest(*pressed)
+        if found is not None and found[0].robot:
+            self.robot_clicked.emit(found[0].robot)
         time = self._plot.axes.transData.inverted().transform(pressed)[0]
         self.time_chosen.emit(float(time))
 

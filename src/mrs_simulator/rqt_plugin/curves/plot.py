@@ -8,7 +8,7 @@ import functools
 
 import numpy as np
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.lines import Line2D
@@ -91,7 +91,8 @@ class CurvesPlot:
         """Show ``curves`` of quantity ``index`` of a team within limits; ``ylim`` None: fitting."""
         self._curves, self._numbers, self._index = curves, numbers, index
         box, lone = self.figure.bbox, all(len(curve.time) == 1 for curve in curves)
-        built = [curve.name for curve in curves], numbers, index, message, box.size.tolist(), lone
+        looks = [(curve.name, curve.style) for curve in curves]
+        built = looks, numbers, index, message, box.size.tolist(), lone
         if built != self._built:
             self._build(message, {"marker": "o", "ms": 3} if lone else {})
             self._built = built
@@ -169,8 +170,8 @@ class CurvesPlot:
         self._bundle = None
         if len(self._curves) > MANY_CURVES:
             styles = [curve.style for curve in self._curves]
-            colours = [style["color"] for style in styles]
-            self._bundle = LineCollection([], colors=colours, linewidths=styles[0]["lw"])
+            colours = [(*to_rgb(s["color"]), s.get("alpha", 1.0)) for s in styles]
+            self._bundle = LineCollection([], colors=colours, linewidths=[s["lw"] for s in styles])
             axes.add_collection(self._bundle, autolim=False)
         else:
             for curve in self._curves:

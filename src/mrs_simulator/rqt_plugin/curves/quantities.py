@@ -36,6 +36,7 @@ class Curve(NamedTuple):
     values: np.ndarray  # (m,)
     style: dict  # of a matplotlib line
     run: str = ""  # the name of its run where several are compared
+    robot: int = 0  # its number, 0 for none
 
 
 def heading(state):

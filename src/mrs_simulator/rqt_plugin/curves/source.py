@@ -68,7 +68,8 @@ class Source:
         shown = [history.numbers[row] for row in rows]
         names = ["Robot {}".format(number) for number in shown]
         names = ["{}, {}".format(each, self.name) for each in names] if self.name else names
-        found = zip(names, rows, styles_of(shown, history.numbers))
+        run, found = self.short_name, zip(names, rows, styles_of(shown, history.numbers))
         return [
-            Curve(name, time, table[:, row], style, self.short_name) for name, row, style in found
+            Curve(name, time, table[:, row], style, run, history.numbers[row])
+            for name, row, style in found
         ]

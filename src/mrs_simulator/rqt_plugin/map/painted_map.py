@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.map.ghosts import draw_names
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
+from mrs_simulator.rqt_plugin.map.robot_card import card_lines, draw_card
 from mrs_simulator.rqt_plugin.map.robot_selection import RobotSelection
 from mrs_simulator.rqt_plugin.map.ruler import Ruler, draw_selection_band
 from mrs_simulator.rqt_plugin.map.scene import MapScene
@@ -64,6 +65,7 @@ class PaintedMap(MapScene):
             if self.ghosts:
                 names = [(self.own_name, 0), *((ghost.name, ghost.place) for ghost in self.ghosts)]
                 draw_names(painter, style, self.frame, names, self.team.pose[:, :2])
+            self._paint_card(painter, style)
             self._paint_passing(painter, style)
             if remark:
                 axes.draw_remark(painter, style, self.frame, remark)
@@ -177,6 +179,14 @@ class PaintedMap(MapScene):
             taken = drawing.draw_numbers(painter, style, frame, *team_pose, self._plates)
             heights = list(map(drawing.height_text, z))
             drawing.draw_heights(painter, style, frame, *team, heights, self._heights, taken)
+
+    def _paint_card(self, painter, style):
+        """Paint what is known of the robot selected, while it is looked at."""
+        if self.selected and self._mode == "look":
+            graph, targets = (self.edges.list, self.edges.directed), self.targets
+            lines = card_lines(self.team, *graph, targets, self.selected)
+            if lines:
+                draw_card(painter, style, self.frame, lines, style.shade(self.selected))
 
     def _highlighted(self):
         return self.chosen.numbers if self._mode == "poses" else {self.selected}

@@ -159,7 +159,6 @@ class MapPanel(QWidget):
         self._row.addWidget(self._trail)
         self._trail.setVisible(False)
         self._trail.toggled.connect(self._on_trail)
-        self.map.robot_clicked.connect(self._on_robot)
 
     def _set_mode(self, mode):
         self.map.set_mode(mode)
@@ -178,10 +177,6 @@ class MapPanel(QWidget):
     @guarded
     def _on_changed(self):
         self.obstacles.show_selected()
-
-    @guarded
-    def _on_robot(self, number):
-        self.choose(number)
 
     def choose(self, number):
         """Highlight the robot ``number``, 0 for none, and offer its trail."""

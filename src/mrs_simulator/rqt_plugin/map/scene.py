@@ -87,6 +87,7 @@ class MapScene(QWidget):
             directed=self.edges.directed,
             obstacles=self._standing + self._moving,
             numbered=on["numbers"],
+            chosen=rows.get(self.selected),
         )
 
     # What is shown -------------------------------------------------------------------------------

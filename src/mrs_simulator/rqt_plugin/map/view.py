@@ -41,7 +41,7 @@ class MapView(PaintedMap):
     edge_added = Signal(int, int)  # i receives from j
     edge_removed = Signal(int, int)
     edge_hovered = Signal(object)  # (i, j, weight) under the mouse while edges are edited, or None
-    robot_clicked = Signal(int)
+    robot_clicked = Signal(int)  # number, 0 of a click on the floor
     obstacles_edited = Signal(object)  # all that may be edited, a tuple
     changed = Signal()  # of the obstacle that is edited
     undo_asked = Signal()
@@ -219,8 +219,8 @@ class MapView(PaintedMap):
             self.edge_added.emit(*pair)
 
     def _click(self, row, at):
-        if self._mode == "look" and row >= 0:
-            self.robot_clicked.emit(self.team.numbers[row])
+        if self._mode == "look":  # on the floor: none
+            self.robot_clicked.emit(self.team.numbers[row] if row >= 0 else 0)
         elif self._mode == "edges":
             edge = self.edge_at(at)
             if edge is not None:

@@ -15,7 +15,7 @@ from mrs_simulator.state.columns import TWIST
 from mrs_simulator.study.results.report import VERDICT_FILE, read_run
 from mrs_simulator.verdict.verdict_file import read_verdict
 
-STANDS = 1e-3  # [m] within which targets at the end are those at the beginning
+MOST_TARGETS = 200  # [-] samples for which targets are asked
 NO_SCENARIO = "its scenario is not known: neither targets nor theory are shown"
 
 
@@ -25,8 +25,8 @@ class LoadedRun(NamedTuple):
     path: str  # of its folder, or of a bag
     history: History
     scenario: Any  # None where it is not known
-    facts: Any  # ``law_answers.Facts`` of its law at the end, None where that is not known
-    targets: Any  # those of the whole run, None where there are none, or they move
+    facts: Any  # ``law_answers.Facts`` of its law, None where that is not known
+    targets: Any  # of each of some samples, (rows (k,), (k, n, d) [m]), None where there are none
     error: Any  # the formation error (m,) [m] of poses (m, n, 3), a function, or None
     prediction: Any  # a ``law_answers.Prediction``, or None
     verdict: Optional[dict]  # as in verdict.json, None where it was not judged yet
@@ -36,6 +36,13 @@ class LoadedRun(NamedTuple):
     def begin(self):
         """Return the time [s] at which the run begins."""
         return float(self.history.time[0])
+
+    def targets_at(self, row):
+        """Return the targets (n, d) [m] at the sample ``row``, of the nearest of which they are known."""
+        if self.targets is None:
+            return None
+        rows, targets = self.targets
+        return targets[np.abs(rows - row).argmin()]
 
     @property
     def is_users_law(self):
@@ -67,18 +74,18 @@ def _answers(run, ask):
     changes = run.meta.get("changes", [])
     now = changed_by(scenario, changes)
     try:
-        begin, facts = (ask("facts", now._replace(poses=run.pose[row])) for row in (0, -1))
+        facts = ask("facts", now._replace(poses=run.pose[0]))
+        rows = np.unique(np.linspace(0, len(run.time) - 1, MOST_TARGETS).astype(int))
+        targets = ask("targets_at", now, run.pose[rows])
         prediction = ask("prediction", scenario._replace(poses=run.pose[0].copy()))
     except Exception as error:  # a file of one's own may raise anything
         return None, None, None, None, ("no theory: {}".format(reason(error)),)
     if changes and prediction.time is not None:  # theory is of the settings of the beginning
-        rows = np.asarray(prediction.time) <= changes[0].time
-        prediction = prediction._replace(time=prediction.time[rows], error=prediction.error[rows])
-    if facts.targets is None:
+        held = np.asarray(prediction.time) <= changes[0].time
+        prediction = prediction._replace(time=prediction.time[held], error=prediction.error[held])
+    if targets is None:
         return facts, None, None, prediction, ()
-    stand = np.allclose(begin.targets, facts.targets, atol=STANDS)
-    errors = functools.partial(ask, "errors", now)
-    return facts, facts.targets if stand else None, errors, prediction, ()
+    return facts, (rows, targets), functools.partial(ask, "errors", now), prediction, ()
 
 
 def history_of(run):

@@ -41,13 +41,14 @@ class TeamPanel(QWidget):
     """Number of robots, their initial poses, and ready-made layouts."""
 
     team_changed = Signal()  # the user changed the number, a pose or a kind
+    robot_chosen = Signal(int)  # number of the one row that the user has selected
     arranged = Signal()  # all robots were put to a layout
     open_requested = Signal()
     save_requested = Signal()
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._bodies = None
+        self._bodies, self._selects = None, False  # the latter: whether the window selects a row
         self._find = vehicles.kind  # returns the Kind that a name means
         self._model = TeamModel(vehicles.KINDS, self)
         self._model.accepted.connect(self._on_edited)
@@ -177,9 +178,25 @@ class TeamPanel(QWidget):
         self._altitude.show_heights(self._heights[rows])
         self._altitude.setVisible(bool(self._flies.any()))
 
+    def select(self, number):
+        """Select the row of robot ``number`` alone, 0 for none; no signal."""
+        rows = [index.row() for index in self._table.selectionModel().selectedRows()]
+        if rows == [number - 1] or (not number and len(rows) != 1):
+            return
+        self._selects = True
+        try:
+            self._table.clearSelection()
+            if 0 < number <= len(self._model.kinds):
+                self._table.selectRow(number - 1)
+        finally:
+            self._selects = False
+
     @guarded
     def _on_selection(self, *_):
         self._show_kind()
+        rows = self._table.selectionModel().selectedRows()
+        if len(rows) == 1 and not self._selects:
+            self.robot_chosen.emit(rows[0].row() + 1)
 
     @guarded
     def _on_kind(self, index):

@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.pictures.camera import Camera, on_screen
 from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import drawn, framed
-from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.view.painting import paint
@@ -19,6 +19,7 @@ ZOOM = 1.15  # [-] for a notch of the wheel
 CLOSE = 12.0  # [-] of its reach: how far from a robot one is that follows it
 LEAST_RIM = 16.0  # [px]
 NUMBER = 34.0  # [px] from a robot up to its number's upper edge
+STILL, LEAST_HIT = 4, 10.0  # [px] of an unsteady click; about a robot that is far away
 RIM = 0.03  # [-] of the picture, in which a robot counts as having left it
 ROOM = 1.25  # [-] of the distance from which the team is just in view, once a robot has left
 
@@ -26,10 +27,13 @@ ROOM = 1.25  # [-] of the distance from which the team is just in view, once a r
 class Canvas(QWidget):
     """Paints a ``Scene`` as its ``camera`` has it."""
 
+    robot_clicked = Signal(int)  # number, 0 of a click beside all robots
+
     def __init__(self, parent=None):
         super().__init__(parent)
         self.camera, self.cost = Camera(yaw=20.0), 0.0  # [s] that the last picture took
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
+        self._pressed = None  # where a click or drag began
         self._untouched = True  # the camera is still the one that fit() chose
         self.setMinimumSize(160, 100)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
@@ -119,7 +123,7 @@ class Canvas(QWidget):
     @guarded
     def mousePressEvent(self, event):
         """Begin to orbit or pan."""
-        self._last = event.pos()
+        self._last = self._pressed = event.pos()
 
     @guarded
     def mouseMoveEvent(self, event):
@@ -135,9 +139,29 @@ class Canvas(QWidget):
         self.update()
 
     @guarded
-    def mouseReleaseEvent(self, _):
-        """End the drag."""
-        self._last = None
+    def mouseReleaseEvent(self, event):
+        """End the drag; of a click choose the robot there."""
+        self._last, pressed = None, self._pressed
+        still = pressed is not None and (event.pos() - pressed).manhattanLength() <= STILL
+        if still and event.button() == Qt.LeftButton:
+            self.robot_clicked.emit(self.robot_at(event.x(), event.y()))
+
+    def robot_at(self, x, y):
+        """Return the number of the robot at (x, y) [px], the nearest to the eye, 0 for none."""
+        scene = self.scene
+        if scene is None or not len(scene.state.robots):
+            return 0
+        half = 0.5 * np.array([kind.body.height for kind in scene.kinds])
+        seen = self.camera.seen(scene.place + np.outer(half, (0.0, 0.0, 1.0)))
+        reach = np.array([kind.body.reach for kind in scene.kinds])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            at = on_screen(seen, self.width(), self.height())
+            aside = seen + np.outer(reach, (1.0, 0.0, 0.0))
+            size = np.hypot(*(on_screen(aside, self.width(), self.height()) - at).T)
+            away = np.hypot(*(at - (x, y)).T)
+            hit = (seen[:, 2] > 0.0) & (away <= np.maximum(size, LEAST_HIT))
+        rows = np.flatnonzero(hit)
+        return int(scene.state.robots[rows[np.argmin(seen[rows, 2])]]) if len(rows) else 0
 
     @guarded
     def wheelEvent(self, event):

@@ -28,6 +28,7 @@ class OpenedRun:
         self._worker, self._asked = DebouncedWorker(0.0), ""
         self.run, self.source = None, None  # the ``LoadedRun`` that is shown, and its ``Source``
         self._own_verdict, self._begun = None, (None, 0)
+        self._row = -1  # of the sample whose targets are shown
         panels.time_line.close_asked.connect(guarded(self.close))
 
     @property
@@ -61,6 +62,13 @@ class OpenedRun:
         if self.run is not None and self._overtaken():
             self.close()
 
+    def show_frame(self):
+        """Show the targets of the moment that is shown."""
+        row = self._replay.cursor.row
+        if self.run is not None and self.run.targets is not None and row != self._row:
+            self._row = row
+            self._panels.map.show_targets(self.run.targets_at(row))
+
     def _overtaken(self):
         shown = self._panels.map
         return (
@@ -80,6 +88,7 @@ class OpenedRun:
         panels = self._panels
         if self.run is None:
             self._own_verdict = panels.verdict.verdict
+        self._row = -1
         self.run, self._begun = run, (self._study.scenario, self._live.runs)
         panels.modes["look"].setChecked(True)
         self.source = source_of(run, "")
@@ -107,7 +116,7 @@ class OpenedRun:
         shown.show_load(None if scenario is None else scenario.load)
         edges = ((), True) if facts is None else (facts.topology.edges, facts.topology.directed)
         shown.show_topology(*edges)
-        shown.show_targets(run.targets)
+        shown.show_targets(run.targets_at(len(run.history.time) - 1))
 
     def _judge(self, run):
         """Judge a run without a verdict in the background; a run of the shelf keeps its verdict."""

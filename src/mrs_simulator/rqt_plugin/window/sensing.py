@@ -5,7 +5,6 @@ from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.run.programs_panel import part_text, short
 from mrs_simulator.rqt_plugin.sensing.readings import mounts_of, spare_mounts_of
 from mrs_simulator.rqt_plugin.sensing.robot_status import StatusRow, parts_of, status_rows
-from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 DEPTH = " depth"  # after the name of a camera; no mount has a space in its name
 
@@ -18,14 +17,6 @@ class Sensing:
         self._panels, self._study, self._history = panels, study, history
         self._scenario, self._mounts, self._trouble = None, {}, ""
         self._spare = {}  # by number of a robot
-        panels.map.robot_clicked.connect(self._on_robot)
-        panels.sensors.robot_chosen.connect(self._on_robot)
-
-    @guarded
-    def _on_robot(self, number):
-        """Show the sensors of the robot ``number``, chosen on the map or in the panel."""
-        self._panels.sensors.show_robot(number)
-        self._panels.map_panel.choose(number)
 
     def show(self):
         """Subscribe to the sensors shown now, and show their newest readings."""

@@ -88,6 +88,15 @@ def errors(scenario, pose):
     return np.array([_largest_error(control, hand) for hand in hands])
 
 
+def targets_at(scenario, pose):
+    """Return where the controlled points have to go at each ``pose`` (m, n, 3), (m, n, d) [m], or None."""
+    control = make_control(scenario)
+    hands = control.points(pose)
+    if not len(hands) or control.targets(hands[0]) is None:
+        return None
+    return np.array([control.targets(hand) for hand in hands], dtype=float)
+
+
 def prediction(scenario):
     """Return the ``Prediction`` of the whole run, of its beginning where the run is very long."""
     control = make_control(scenario)
@@ -143,6 +152,7 @@ ANSWERS = {
         facts,
         parameters_with,
         errors,
+        targets_at,
         prediction,
         forecast,
         velocities,

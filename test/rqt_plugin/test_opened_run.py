@@ -43,6 +43,7 @@ def study(runs):
     home, scenario = runs
     widget = quiet_study(scenario)
     widget.study.shelf.home = str(home)
+    widget.study.shelf.change(watched=[])
     widget.shelf_control.look()
     shown(widget, 1280, 720)
     widget.bring_forward("Runs")

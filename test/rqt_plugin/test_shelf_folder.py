@@ -41,7 +41,8 @@ def make_run(folder, name, when, k=0.02, size=0):
 
 
 @pytest.fixture
-def shelf(tmp_path):
+def shelf(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
     return Shelf(str(tmp_path / "home"))
 
 
@@ -68,6 +69,16 @@ def test_runs_of_the_folder_of_watched_ones_and_single_ones_are_listed_the_newes
     assert names(Shelf(shelf.home)) == ["second", "third", "first"]
     with pytest.raises(ValueError, match="no run: wanted a folder with a run.csv, or a bag"):
         shelf.add(str(tmp_path / "nothing"))
+
+
+def test_saved_results_are_listed_too_and_deleted_by_nobody_but_the_user(shelf, tmp_path):
+    path = make_run(tmp_path / "mrs_runs", "saved", 1e9)
+    assert names(shelf) == ["saved"] and shelf.add(path) == path
+    assert not os.path.exists(shelf.home)  # there was nothing to note
+    with pytest.raises(ValueError, match="its folder is watched"):
+        shelf.delete(path)
+    shelf.change(watched=[])
+    assert names(shelf) == []
 
 
 def test_marks_are_kept_and_nothing_is_written_to_folders_of_others(shelf, tmp_path):

@@ -9,6 +9,7 @@ from mrs_simulator.record.run_changes import changed_by, to_plain
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded, describe, note_closest
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
+from mrs_simulator.rqt_plugin.shelf.folder import SAVED
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.study.results.report import VERDICT_FILE
@@ -38,7 +39,7 @@ class RunFiles:
     @staticmethod
     def results_directory():
         """Return where results are suggested to go."""
-        return os.path.join(os.path.expanduser("~"), "mrs_runs")
+        return os.path.join(os.path.expanduser("~"), SAVED)
 
     def suggested_name(self, history=None):
         """Return a name: the title of the run in ``history``, None for the next one, and the time."""

@@ -13,6 +13,7 @@ from mrs_simulator.scenario.reading import read_json
 MOST_BYTES = 2 * 10**9  # [bytes] of all runs in the folder, unless the user wants others
 DELETED = ".deleted"  # the folder of runs that can be brought back
 SETTINGS = "shelf.json"
+SAVED = "mrs_runs"  # the folder that is suggested for results, and where `record` writes
 MOST_WATCHED = 500  # [-] runs listed of a folder that is watched
 KEPT_DELETED = 86400.0  # [s] that a deleted run stays after a GUI that did not end in order
 
@@ -42,7 +43,7 @@ class Shelf:
         result = {
             "folder": os.path.join(self.home, "runs"),
             "most_bytes": MOST_BYTES,
-            "watched": [],
+            "watched": [os.path.join(os.path.expanduser("~"), SAVED)],
             "others": [],
             "marks": {},
         }
@@ -88,9 +89,12 @@ class Shelf:
             self._append("watched", path)
             return None
         path = run_at(path)
-        if not self.holds(path):
+        if not self.holds(path) and not self._is_watched(path):
             self._append("others", path)
         return path
+
+    def _is_watched(self, path):
+        return os.path.dirname(path) in self.settings()["watched"]
 
     def _append(self, name, path):
         paths = self.settings()[name]
@@ -123,7 +127,7 @@ class Shelf:
         """
         settings, path = self.settings(), os.path.abspath(path)
         if not self.holds(path):
-            if path not in settings["others"]:
+            if self._is_watched(path):
                 text = "{}: its folder is watched: delete the run there, or watch it no longer"
                 raise ValueError(text.format(path))
             self.change(others=[other for other in settings["others"] if other != path])

@@ -94,7 +94,8 @@ def scenario_of_run(path):
 
     A run's scenario is the one beside it, "" where there is none.
     """
-    if not path.endswith((BAG, RUN_FILE)) and not is_run(path):
+    is_folder = os.sep in path and os.path.isdir(path)  # else it may be a shipped scenario's name
+    if not is_folder and not path.endswith((BAG, RUN_FILE)) and not is_run(path):
         return "", path
     run = run_at(path)
     beside = os.path.join(run, SCENARIO_FILE)

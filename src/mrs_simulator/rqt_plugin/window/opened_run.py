@@ -103,6 +103,7 @@ class OpenedRun:
             self._judge(run)
         for trouble in run.troubles:
             panels.say("{}: {}".format(os.path.basename(run.path), trouble))
+        self._replay.show_frame()
         panels.map.fit(whole=True)
 
     def _show_on_map(self, run):

@@ -27,6 +27,7 @@ class ShelfControl:
         self._opened, self._results = opened, results
         self._worker, self._looks = DebouncedWorker(0.0), False
         self._looked_at = -math.inf  # [s] of wall time
+        self._chosen = ""  # the path of a run that becomes the current one once it is listed
         self._deleted = []  # what can be brought back, the newest last
         panel = panels.shelf
         panel.mark_asked.connect(self._on_mark)
@@ -77,6 +78,9 @@ class ShelfControl:
             return
         entries, settings, own, gone = found
         self._panels.shelf.show_entries(entries, settings, own)
+        if self._chosen:
+            self._panels.shelf.list.choose(self._chosen)
+            self._chosen = ""
         if gone:
             named = ", ".join(gone[:MOST_NAMED]) + (", ..." if len(gone) > MOST_NAMED else "")
             runs = "run" if len(gone) == 1 else "runs"
@@ -97,6 +101,8 @@ class ShelfControl:
         """List and show the run at ``path``, a folder, its ``run.csv`` or a bag."""
         path = self._do(self._shelf.add, path)
         if path is not None:
+            self._panels.bring_forward(self._panels.shelf.objectName())
+            self._chosen = path
             self._opened.open(path)
 
     @guarded

@@ -101,8 +101,7 @@ def quiet_study(scenario):
     connection.snapshot.return_value = connection.newest.return_value = None
     connection.is_fresh.return_value, connection.silence.return_value = False, None
     connection.registered = frozenset()
-    taken = connection.take_samples, connection.take_results, connection.take_collisions
-    for take in (*taken, connection.take_incidents):
+    for take in (connection.take_samples, connection.take_results, connection.take):
         take.return_value = []
     processes.is_running.return_value, processes.age.return_value = False, 0.0
     processes.take_ended.return_value, processes.code.return_value = [], None

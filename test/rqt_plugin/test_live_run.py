@@ -41,7 +41,7 @@ def sample(study, time):
 def tick(study, times, obeyed=()):
     """Let robots be commanded at ``times`` [s], and controllers say what they obey."""
     study.connection.take_samples.return_value = [sample(study, time) for time in times]
-    study.connection.take_applied.return_value = obeyed
+    study.connection.take.side_effect = lambda name: obeyed if name == "applied" else []
     study._on_tick()
 
 
@@ -139,7 +139,7 @@ def test_once_the_simulation_has_ended_the_map_shows_what_starts_and_the_run_fai
     shown.resize(400, 300)
     faint = shown.grab().toImage()
     study.live.put_away()  # as an edit does
-    shown.set_legend_shown(False)
+    shown.set_shown("legend", False)
     connection.snapshot.return_value = sample(study, 0.0)
     study.live.show_frame()
     assert shown.last_run is None and shown.grab().toImage() != faint

@@ -2,6 +2,7 @@
 
 import logging
 import os
+from functools import partial
 
 import numpy as np
 import pytest
@@ -399,7 +400,7 @@ def test_a_click_on_an_edge_removes_it_and_only_with_the_mode(view):
     click(view, at(view, 4.0, 1.5))
     click(view, at(view, 2.0, 0.0))
     assert removed == [(3, 2), (1, 2)]
-    view.set_edges_shown(False)
+    view.set_shown("edges", False)
     click(view, at(view, 2.0, 0.0))
     assert len(removed) == 2
 
@@ -414,7 +415,7 @@ def test_of_two_opposite_edges_that_with_its_head_near_is_removed(view):
 
 
 def test_heads_point_at_the_robot_that_receives_and_are_wider_than_the_line(view):
-    view.set_numbers_shown(False)
+    view.set_shown("numbers", False)
     pixel = 1.0 / view.frame.scale
     beside = POSES[0, 0] + 0.21 + 10.0 * pixel, 2.5 * pixel  # of the line, near robot 1
     view.show_topology([(1, 2, 1.0)], False)
@@ -481,13 +482,23 @@ def test_toggles_hide_what_they_name_and_show_it_again(view):
     view.show_targets(POSES[:, :2] + [1.0, 0.0])
     view.show_topology([(1, 2, 1.0)], True)
     whole = drawn(view)
-    toggles = [view.set_trails_shown, view.set_targets_shown, view.set_edges_shown]
-    toggles += [view.set_numbers_shown, lambda shown: view.set_trail_shown(2, shown)]
+    layers = ("trails", "targets", "edges", "numbers")
+    toggles = [partial(view.set_shown, layer) for layer in layers]
+    toggles.append(partial(view.set_trail_shown, 2))
     for toggle in toggles:
         toggle(False)
         assert (drawn(view) != whole).any()
         toggle(True)
         assert (drawn(view) == whole).all()
+
+
+def test_signs_out_of_view_leave_the_picture_as_it_is(view, no_hidden_errors):
+    view.set_shown("legend", False)
+    view.show_team(POSES)
+    before = drawn(view)
+    view.show_targets(POSES[:, :2] + 1e6)
+    view.show_topology([])
+    assert (drawn(view) == before).all()
 
 
 def test_starts_are_red_dots(view):
@@ -675,16 +686,16 @@ def test_trails_continued_bit_by_bit_are_those_painted_at_once(view, n):
     view.show_team(start + [0.0, 2.0, 0.0])
     view.show_team(start)
     # There are no robots, targets or edges over the trails.
-    for setter in (view.set_numbers_shown, view.set_targets_shown, view.set_edges_shown):
-        setter(False)
+    for layer in ("numbers", "targets", "edges"):
+        view.set_shown(layer, False)
     for count in range(60):
         wave = [0.03 * count, 0.5 * np.sin(0.1 * count), 0.0]
         view.show_snapshot(snapshot(float(count), start + wave))
         view.grab()
     bits = drawn(view)
-    view.set_trails_shown(False)
+    view.set_shown("trails", False)
     none = drawn(view)
-    view.set_trails_shown(True)
+    view.set_shown("trails", True)
     whole = drawn(view)
     inked, wanted = ((picture != none).reshape(-1, 4).any(axis=1) for picture in (bits, whole))
     assert wanted.sum() > 500
@@ -693,7 +704,7 @@ def test_trails_continued_bit_by_bit_are_those_painted_at_once(view, n):
 
 
 def test_a_continued_trail_begins_anew_with_the_trails(view):
-    view.set_legend_shown(False)
+    view.set_shown("legend", False)
     view.show_snapshot(snapshot(0.0, POSES))
     view.grab()
     view.show_snapshot(snapshot(1.0, POSES + [0.0, 1.0, 0.0]))
@@ -701,9 +712,9 @@ def test_a_continued_trail_begins_anew_with_the_trails(view):
     view.clear_trails()
     view.show_snapshot(snapshot(2.0, POSES + [0.0, 1.0, 0.0]))
     assert (drawn(view) != with_trail).any()
-    view.set_trails_shown(False)
+    view.set_shown("trails", False)
     none = drawn(view)
-    view.set_trails_shown(True)
+    view.set_shown("trails", True)
     changed = (drawn(view) != none).reshape(-1, 4).any(axis=1).sum()
     assert changed < 200  # [px] starts that the robots stand on
 
@@ -714,8 +725,8 @@ def test_robots_of_a_large_team_have_their_colours_too(view):
     view.show_team(poses)
     fresh = np.arange(40) != 5
     view.show_snapshot(snapshot(0.0, poses, fresh))
-    view.set_numbers_shown(False)
-    view.set_trails_shown(False)
+    view.set_shown("numbers", False)
+    view.set_shown("trails", False)
     for row in (0, 1, 33):
         x, y, _ = poses[row]
         wanted = team_shade(row + 1, 40, QColor("white"))
@@ -758,7 +769,7 @@ def test_each_robot_is_drawn_and_found_as_its_kind_is(view):
     poses = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
     view.show_team(poses)
     view.show_kinds(kinds)
-    view.set_numbers_shown(False)
+    view.set_shown("numbers", False)
     ground = shade(view, 1.13, 1.17)
 
     def is_body(x, y):
@@ -786,8 +797,8 @@ def test_sprites_of_many_robots_are_of_their_own_kinds(view):
     kinds = [kind("epuck" if row % 2 else "husky") for row in range(40)]
     view.show_team(poses)
     view.show_kinds(kinds)
-    view.set_numbers_shown(False)
-    view.set_trails_shown(False)
+    view.set_shown("numbers", False)
+    view.set_shown("trails", False)
     wanted = [team_shade(row + 1, 40, QColor("white")) for row in (2, 3)]
     assert shade(view, poses[2, 0] - 0.35, poses[2, 1]) == wanted[0]
     assert shade(view, poses[3, 0] - 0.35, poses[3, 1]) != wanted[1]
@@ -814,11 +825,11 @@ def test_the_legend_explains_the_visible_signs(view):
     view.show_snapshot(snapshot(0.0, POSES, fresh).replace(real=np.arange(len(POSES)) == 0))
     assert view.legend() == {"directed edge", "target", "start", "trail", "real", "stale"}
     shown = drawn(view)
-    view.set_legend_shown(False)
+    view.set_shown("legend", False)
     assert (drawn(view) != shown).any()
     view.resize(220, 200)  # no room for words
     without = drawn(view)
-    view.set_legend_shown(True)
+    view.set_shown("legend", True)
     assert (drawn(view) == without).all()
 
 
@@ -833,7 +844,7 @@ def test_rings_of_collisions_do_not_bury_many_robots(view):
 
 
 def test_heights_of_robots_in_the_air_are_shown_by_number_and_shadow(view, app):
-    view.set_legend_shown(False)
+    view.set_shown("legend", False)
     ground, middle = view.grab().toImage(), at(view, *POSES[0, :2])
     view.show_team(POSES, np.array([4.0, 0.0, 1.0]))
     assert view.grab().toImage() != ground
@@ -880,7 +891,7 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     world = World.from_scenario(given)
     view.show_team(given.poses)
     view.show_kinds(world.team.kinds)
-    view.set_targets_shown(False)
+    view.set_shown("targets", False)
     app.processEvents()
 
     def like(colour):

@@ -38,7 +38,7 @@ def make_study(app, tmp_path):
         connection.snapshot.return_value = connection.newest.return_value = None
         connection.is_fresh.return_value, connection.silence.return_value = False, None
         connection.registered = frozenset()
-        for take in (connection.take_samples, connection.take_results, connection.take_collisions):
+        for take in (connection.take_samples, connection.take_results, connection.take):
             take.return_value = []
         processes = MagicMock()
         processes.is_running.return_value, processes.age.return_value = False, 0.0

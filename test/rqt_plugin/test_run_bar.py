@@ -51,7 +51,7 @@ def study(app):
     connection.is_fresh.return_value = False
     connection.silence.return_value = None
     connection.registered = frozenset()
-    for take in (connection.take_samples, connection.take_results, connection.take_collisions):
+    for take in (connection.take_samples, connection.take_results, connection.take):
         take.return_value = []
     processes = MagicMock()
     processes.is_running.return_value = False

@@ -216,8 +216,8 @@ def test_what_several_messages_tell_is_one_reading(monkeypatch):
 def test_cones_rays_and_robots_seen_lie_where_they_were_sensed(study):
     study.shown["sensors"].setChecked(True)
     study.selection.choose(1)
-    study.map.set_legend_shown(False)
-    study.map.set_edges_shown(False)
+    study.map.set_shown("legend", False)
+    study.map.set_shown("edges", False)
     empty = {place: shade(study, *place) for place in ((1.0, 0.3), (-1.0, 0.3), (1.0, 1.7))}
     one_cone = RangeReading(0.0, np.array([1.5]), np.array([[0.0, 0.0, 0.25]]), 5.0, 0.2)
     hear(study, ("sonar", one_cone))
@@ -302,7 +302,7 @@ def test_a_point_of_the_robots_frame_in_the_common_frame():
 
 def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
     study.shown["sensors"].setChecked(True)
-    study.map.set_legend_shown(False)
+    study.map.set_shown("legend", False)
     frame = study.map.frame
     frame.scale, frame.centre = 150.0, np.zeros(2)
     study.map.untouched = False
@@ -477,9 +477,9 @@ def test_flight_states_and_incidents_of_the_robot_are_shown(study):
         Incident(2.6, "robot1", "saturated"),
         Incident(2.75, "robot2", "upside_down"),
     ]
-    study.connection.take_incidents.return_value = incidents
+    study.connection.take.side_effect = lambda name: incidents if name == "incidents" else []
     study.live.show_frame()
-    study.connection.take_incidents.return_value = []
+    study.connection.take.side_effect = lambda name: []
     study.results_tabs.setCurrentWidget(study.sensors)
     stage = SimpleNamespace(flight=("hovering", "falling"), real_silent=(), timed_out=())
     study.connection.newest.side_effect = lambda name: stage if name == "stage" else None

@@ -57,12 +57,12 @@ def test_it_shows_the_maps_team_trails_targets_and_graph(shown):
     assert np.allclose(scene.state.pose, POSES + (1.5, 0.0, 0.0))
     assert np.allclose(scene.trails[0][[0, -1], 0], (0.0, 1.5)) and scene.targets.shape == (3, 3)
     team.set_trail_shown(2, False)
-    team.set_targets_shown(False)
-    team.set_edges_shown(False)
+    team.set_shown("targets", False)
+    team.set_shown("edges", False)
     scene = team.scene()
     assert [len(trail) > 0 for trail in scene.trails] == [True, False, True]
     assert scene.targets is None and not len(scene.edges)
-    team.set_trails_shown(False)
+    team.set_shown("trails", False)
     assert not any(len(trail) for trail in team.scene().trails)
 
 

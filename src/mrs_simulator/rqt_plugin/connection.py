@@ -77,20 +77,12 @@ class Connection(abc.ABC):
         """
 
     @abc.abstractmethod
-    def take_collisions(self):
-        """Return the ``recording.Collision``s."""
+    def take(self, name):
+        """Return the list of what was received as ``name``.
 
-    @abc.abstractmethod
-    def take_incidents(self):
-        """Return the ``incidents.Incident``s."""
-
-    @abc.abstractmethod
-    def take_applied(self):
-        """Return what controllers applied, a list of ``(stamp [s], {key: value})``."""
-
-    @abc.abstractmethod
-    def take_estimates(self):
-        """Return estimated poses, a list of ``(stamp [s], numbers, pose (n, 3))``."""
+        collisions: ``recording.Collision``s; incidents: ``incidents.Incident``s; applied: what controllers
+        applied, ``(stamp [s], {key: value})``; estimates: poses, ``(stamp [s], numbers, pose (n, 3))``.
+        """
 
     @abc.abstractmethod
     def take_results(self):

@@ -31,9 +31,9 @@ class LocalConnection(Received, Connection):
     def __init__(self):
         super().__init__()
         self.controller = Interruptions()
-        self._samples, self._estimates, self._applied = deque(), deque(), deque()
-        self._collisions, self._incidents, self._results = deque(), deque(), deque()
-        self._ended = deque()  # what is said of controllers that ended
+        self._samples, self._results = deque(), deque()
+        names = "collisions", "incidents", "applied", "estimates", "control_ended"
+        self._queues = {"result": self._results, **{name: deque() for name in names}}
         self._wanted, self._readings = {}, (0.0, {})
         self._engine, self._sending = None, threading.Lock()
         self._awaited = {}  # queues of one answer each, by tokens
@@ -74,7 +74,7 @@ class LocalConnection(Received, Connection):
                 if is_sample:
                     self._samples.append(state)
                     if estimate is not None:
-                        self._estimates.append((state.time, state.robots, estimate))
+                        self._queues["estimates"].append((state.time, state.robots, estimate))
             elif name == "run":
                 self._samples.append(value)
             elif name == "written":
@@ -83,21 +83,12 @@ class LocalConnection(Received, Connection):
                     self._awaited.pop(token).put(sizes)
             elif name == "readings":
                 self._readings = value
-            elif name in self._queues():
-                self._queues()[name].extend(value if isinstance(value, list) else [value])
+            elif name in self._queues:
+                self._queues[name].extend(value if isinstance(value, list) else [value])
             else:
                 if name == "control":
                     self.controller.note(value.stamp, value.running, value.trouble)
                 self._put(name, value)
-
-    def _queues(self):
-        return {
-            "collisions": self._collisions,
-            "incidents": self._incidents,
-            "applied": self._applied,
-            "result": self._results,
-            "control_ended": self._ended,
-        }
 
     def _taken(self, waiting):
         with self._lock:
@@ -132,24 +123,12 @@ class LocalConnection(Received, Connection):
     def take_samples(self):
         return self._taken(self._samples)
 
-    def take_collisions(self):
-        return self._taken(self._collisions)
-
-    def take_incidents(self):
-        return self._taken(self._incidents)
-
-    def take_applied(self):
-        return self._taken(self._applied)
-
-    def take_estimates(self):
-        return self._taken(self._estimates)
+    def take(self, name):
+        """As ``Connection.take``; control_ended: what is said of controllers that ended, "" for well."""
+        return self._taken(self._queues[name])
 
     def take_results(self):
         return self._taken(self._results)
-
-    def take_ended(self):
-        """Return what is said of the controllers that ended since the last call, "" where all is well."""
-        return self._taken(self._ended)
 
     # Requests ------------------------------------------------------------------------------------
 

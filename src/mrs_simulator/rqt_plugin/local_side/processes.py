@@ -45,7 +45,9 @@ class LocalProcesses(Processes):
 
     def take_ended(self):
         """Return ``(name, exit code, output)`` of what ended by itself."""
-        ended = [("control", 1 if said else 0, said) for said in self._connection.take_ended()]
+        ended = [
+            ("control", 1 if said else 0, said) for said in self._connection.take("control_ended")
+        ]
         self._controlled = self._controlled and not ended
         return [*super().take_ended(), *ended]
 

@@ -119,8 +119,7 @@ class MapPanel(QWidget):
             button.setToolTip("Show or hide " + tip)
             button.setChecked(name not in HIDDEN)
             self._row.addWidget(button)
-            setter = getattr(self.map, "set_{}_shown".format(name))
-            button.toggled.connect(guarded(lambda on, s=setter: s(on)))
+            button.toggled.connect(guarded(lambda on, layer=name: self.map.set_shown(layer, on)))
             self.shown[name] = button
         self._build_layers()
 

@@ -250,41 +250,14 @@ class MapScene(QWidget):
             self.readings = readings
             self.update()
 
-    def set_trails_shown(self, shown):
-        """Show or hide all trails."""
-        self._set_shown("trails", shown)
-
     def set_trail_shown(self, number, shown):
         """Show or hide the trail of robot ``number``."""
         (self._hidden_trails.discard if shown else self._hidden_trails.add)(int(number))
         self.update()
 
-    def set_forecast_shown(self, shown):
-        """Show or hide where theory has the robots go."""
-        self._set_shown("forecast", shown)
-
-    def set_targets_shown(self, shown):
-        """Show or hide the desired positions."""
-        self._set_shown("targets", shown)
-
-    def set_edges_shown(self, shown):
-        """Show or hide the edges of the topology."""
-        self._set_shown("edges", shown)
-
-    def set_numbers_shown(self, shown):
-        """Show or hide the robots' numbers."""
-        self._set_shown("numbers", shown)
-
-    def set_legend_shown(self, shown):
-        """Show or hide legend."""
-        self._set_shown("legend", shown)
-
-    def set_sensors_shown(self, shown):
-        """Show or hide what robots sense."""
-        self._set_shown("sensors", shown)
-
-    def _set_shown(self, what, shown):
-        self.shown[what] = bool(shown)
+    def set_shown(self, layer, shown):
+        """Show or hide a ``layer`` of ``shown``."""
+        self.shown[layer] = bool(shown)
         self.update()
 
     def set_mode(self, mode):

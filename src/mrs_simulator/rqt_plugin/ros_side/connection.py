@@ -63,17 +63,8 @@ class RosConnection(Connection):
     def first_stamp(self):
         return self._robots.first_stamp()
 
-    def take_collisions(self):
-        return self._inbox.take_collisions()
-
-    def take_incidents(self):
-        return self._inbox.take_incidents()
-
-    def take_applied(self):
-        return self._inbox.take_applied()
-
-    def take_estimates(self):
-        return self._inbox.take_estimates()
+    def take(self, name):
+        return self._inbox.take(name)
 
     def take_results(self):
         return self._calls.take_results()

@@ -21,13 +21,25 @@ from mrs_simulator.ros.message_forms.messages import (
 from mrs_simulator.rqt_plugin.received import Received
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
-MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
-MOST_COLLISIONS = 1000  # [-] kept meanwhile
+MOST_WAITING = 4000  # [-] kept of each kind while the GUI is busy
 READERS = {
     "stage": read_stage_status,
     "control": read_control_status,
     "scenario": operator.attrgetter("data"),
     "emergency": operator.attrgetter("data"),
+}
+
+
+def _read_estimates(message):
+    numbers, pose = read_odometry(message)[:2]
+    return message.header.stamp.to_sec(), tuple(numbers), pose
+
+
+QUEUED = {  # what must not be missed, and how it is read
+    "collisions": read_collision,
+    "incidents": read_incident,
+    "applied": read_control_scenario,
+    "estimates": _read_estimates,
 }
 
 
@@ -38,9 +50,7 @@ class Inbox(Received):
         super().__init__()
         self._moves = False
         self._samples = deque(maxlen=MOST_WAITING)
-        self._collisions = deque(maxlen=MOST_COLLISIONS)
-        self._incidents = deque(maxlen=MOST_COLLISIONS)
-        self._estimates, self._applied = deque(maxlen=MOST_WAITING), deque(maxlen=MOST_WAITING)
+        self._queues = {name: deque(maxlen=MOST_WAITING) for name in QUEUED}
         self._cached = None, False, (), None  # what the last snapshot was made of, and that
         self.controller = Interruptions()
 
@@ -70,21 +80,9 @@ class Inbox(Received):
                 self._newest["kept"] = stamp
                 self._samples.append(message)
 
-    def keep_collision(self, message):
-        """Keep a collision."""
-        self._collisions.append(message)
-
-    def keep_incident(self, message):
-        """Keep an incident."""
-        self._incidents.append(message)
-
-    def keep_estimates(self, message):
-        """Keep the poses that a controller estimates."""
-        self._estimates.append(message)
-
-    def keep_applied(self, message):
-        """Keep the scenario that a controller applies."""
-        self._applied.append(message)
+    def add(self, message, name):
+        """Keep one more ``message`` of those that are ``QUEUED`` as ``name``."""
+        self._queues[name].append(message)
 
     def begin_run(self):
         """Count samples from now on as another run."""
@@ -116,41 +114,12 @@ class Inbox(Received):
             self._samples.clear()
         return [message and _from_state(message, True) for message in messages]
 
-    def take_collisions(self):
-        """Return the ``recording.Collision``s since the last call."""
-        taken = []
-        while self._collisions:
-            taken.append(read_collision(self._collisions.popleft()))
-        return taken
-
-    def take_incidents(self):
-        """Return the ``incidents.Incident``s since the last call, without unreadable ones."""
-        taken = []
-        while self._incidents:
-            try:
-                taken.append(read_incident(self._incidents.popleft()))
-            except MessageError:  # of another version
-                continue
-        return taken
-
-    def take_applied(self):
-        """Return what controllers applied since the last call, a list of ``(stamp [s], {key: value})``."""
-        taken = []
-        while self._applied:
-            with contextlib.suppress(MessageError):  # of another version
-                taken.append(read_control_scenario(self._applied.popleft()))
-        return taken
-
-    def take_estimates(self):
-        """Return the estimates since the last call, a list of ``(stamp [s], numbers, pose (n, 3))``."""
-        taken = []
-        while self._estimates:
-            message = self._estimates.popleft()
-            try:
-                numbers, pose = read_odometry(message)[:2]
-            except MessageError:  # of another version
-                continue
-            taken.append((message.header.stamp.to_sec(), tuple(numbers), pose))
+    def take(self, name):
+        """Return what ``Connection.take`` does, without messages of another version."""
+        taken, waiting = [], self._queues[name]
+        while waiting:
+            with contextlib.suppress(MessageError):
+                taken.append(QUEUED[name](waiting.popleft()))
         return taken
 
 

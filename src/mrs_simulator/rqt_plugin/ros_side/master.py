@@ -26,6 +26,12 @@ KEPT = (
     ("control", "pioneer_control/status", ControlStatus),
     ("emergency", "emergency_stop", Bool),
 )
+QUEUED = (
+    ("collisions", "stage/collisions", Collision),
+    ("incidents", "stage/incidents", Incident),
+    ("applied", "pioneer_control/scenario", ControlScenario),
+    ("estimates", "pioneer_control/estimates", TeamOdometry),
+)
 
 
 class MasterWatch:
@@ -77,21 +83,15 @@ class MasterWatch:
                 queue_size=None,  # a lost one may be the first with a command, where a run begins
                 tcp_nodelay=True,
             ),
-            "collisions": rospy.Subscriber(
-                "stage/collisions", Collision, self._inbox.keep_collision
-            ),
-            "incidents": rospy.Subscriber("stage/incidents", Incident, self._inbox.keep_incident),
-            "applied": rospy.Subscriber(
-                "pioneer_control/scenario", ControlScenario, self._inbox.keep_applied
-            ),
-            "estimates": rospy.Subscriber(
-                "pioneer_control/estimates",
-                TeamOdometry,
-                self._inbox.keep_estimates,
-                queue_size=None,  # of a lost one, samples would get an older one in silence
-                tcp_nodelay=True,
-            ),
         }
+        for (
+            name,
+            topic,
+            kind,
+        ) in QUEUED:  # of a lost estimate, samples would get an older one in silence
+            subscribers[name] = rospy.Subscriber(
+                topic, kind, self._inbox.add, name, queue_size=None, tcp_nodelay=True
+            )
         for name, topic, kind in KEPT:
             subscribers[name] = rospy.Subscriber(topic, kind, self._inbox.keep, name, queue_size=1)
         self.subscribers = subscribers

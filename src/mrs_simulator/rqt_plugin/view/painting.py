@@ -72,12 +72,11 @@ def _pen(code, width):
 
 def draw_lines(painter, layer):
     """Paint the ``Lines``, those of one colour together."""
-    codes = np.array(_codes(layer.colours))  # of none where all are out of view
-    order = np.argsort(codes, kind="stable")
-    begins = np.flatnonzero(np.r_[True, np.diff(codes[order]) != 0])
-    for rows in np.split(order, begins[1:]) if len(codes) else ():
-        painter.setPen(QPen(_decoded(int(codes[rows[0]])), layer.width))
-        painter.drawLines([QLineF(*ends) for ends in layer.segments[rows].reshape(-1, 4).tolist()])
+    codes = np.array(_codes(layer.colours))
+    for code in np.unique(codes):
+        chosen = layer.segments[codes == code].reshape(-1, 4)
+        painter.setPen(QPen(_decoded(int(code)), layer.width))
+        painter.drawLines([QLineF(*ends) for ends in chosen.tolist()])
 
 
 def _draw_paths(painter, layer):

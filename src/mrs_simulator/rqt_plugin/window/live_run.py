@@ -49,11 +49,11 @@ class LiveRun:
         """Show the newest poses and collisions."""
         if not self.is_held:
             self._show_newest()
-        for collision in self._connection.take_collisions():
+        for collision in self._connection.take("collisions"):
             self._history.collisions.append(collision)
             if not self.is_held:
                 self._panels.map.flash_collision(collision.x, collision.y)
-        for incident in self._connection.take_incidents():
+        for incident in self._connection.take("incidents"):
             self._history.incidents.append(incident)
             self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
 
@@ -122,8 +122,8 @@ class LiveRun:
                 self._panels.map.clear_trails()
             else:
                 self._history.append(snapshot)
-        self._history.take_estimates(self._connection.take_estimates())
-        settings = self._connection.take_applied()
+        self._history.take_estimates(self._connection.take("estimates"))
+        settings = self._connection.take("applied")
         for applied in settings:
             self._history.applied.note(*applied)
         self._follow_run(bool(settings))

@@ -53,6 +53,7 @@ class Battery(Sensor):
 
     TYPE = "battery"
     QUANTITIES = {"": "V"}
+    COLUMNS = {"voltage": 1, "charge": 1}
     RATE = 1.0
     ALWAYS_READ = True  # it drains whether or not it is active
 
@@ -75,11 +76,6 @@ class Battery(Sensor):
             section.quantity("turn", "J/rad", 10.0, low=0.0),
             (low, high),
         )
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"voltage": 1, "charge": 1}
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""

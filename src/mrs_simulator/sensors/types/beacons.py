@@ -60,6 +60,7 @@ class Beacons(Sensor):
 
     TYPE = "beacons"
     QUANTITIES = {"range": "m", "bearing": "rad"}
+    COLUMNS = {"range": 1, "bearing": 1}
     LISTS = "beacon"
     VARIES = True
 
@@ -73,11 +74,6 @@ class Beacons(Sensor):
             section.flag("bearing", False),
             section.flag("occlusion", True),
         )
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"range": 1, "bearing": 1}
 
     @staticmethod
     def most(settings, n):

@@ -74,11 +74,6 @@ class Camera(Sensor):
             section.flag("depth", True),
         )
 
-    @staticmethod
-    def columns(settings, kind):
-        """Return none: pictures are in bags alone."""
-        return {}
-
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)

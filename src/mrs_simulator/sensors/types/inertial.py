@@ -36,13 +36,9 @@ class Imu(Sensor):
 
     TYPE = "imu"
     QUANTITIES = {"acceleration": "m/s^2", "rate": "rad/s"}
+    COLUMNS = {"acceleration": 3, "rate": 3}
     RATE = 50.0
     LOOKS_BACK = True  # its reading needs the state one step before
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"acceleration": 3, "rate": 3}
 
     def read(self, state, environment, rng, before):
         """Return the ``ImuReading`` of all robots in ``rows``; ``before``: the state one step earlier."""
@@ -92,11 +88,7 @@ class Compass(Sensor):
 
     TYPE = "compass"
     QUANTITIES = {"": "rad"}
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"heading": 1}
+    COLUMNS = {"heading": 1}
 
     def read(self, state, environment, rng):
         """Return the ``CompassReading`` of all robots in ``rows``."""
@@ -121,11 +113,7 @@ class Altimeter(Sensor):
 
     TYPE = "altimeter"
     QUANTITIES = {"": "m"}
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"height": 1}
+    COLUMNS = {"height": 1}
 
     def read(self, state, environment, rng):
         """Return the ``AltimeterReading`` of all robots in ``rows``."""

@@ -40,12 +40,8 @@ class MotionCapture(Sensor):
 
     TYPE = "motion_capture"
     QUANTITIES = {"position": "m", "heading": "rad"}
+    COLUMNS = {"x": 1, "y": 1, "theta": 1}
     RATE = 100.0
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"x": 1, "y": 1, "theta": 1}
 
     def read(self, state, environment, rng):
         """Return the ``PoseReading`` of all robots in ``rows``."""
@@ -86,6 +82,7 @@ class Gps(Sensor):
 
     TYPE = "gps"
     QUANTITIES = {"": "m"}
+    COLUMNS = {"latitude": 1, "longitude": 1, "altitude": 1}
     RATE = 5.0
 
     @staticmethod
@@ -110,11 +107,6 @@ class Gps(Sensor):
                 for value, unit, most in zip((*degrees, given[2]), units, high)
             )
         )
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"latitude": 1, "longitude": 1, "altitude": 1}
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""

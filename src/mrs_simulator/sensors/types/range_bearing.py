@@ -58,6 +58,7 @@ class RangeBearing(Sensor):
 
     TYPE = "range_bearing"
     QUANTITIES = {"range": "m", "bearing": "rad"}
+    COLUMNS = {"range": 1, "bearing": 1}
     SEES_ROBOTS = True
     LISTS = "seen"
     VARIES = True
@@ -70,11 +71,6 @@ class RangeBearing(Sensor):
             section.quantity("view", "rad", 2.0 * math.pi, above=0.0, high=2.0 * math.pi),
             section.flag("occlusion", True),
         )
-
-    @staticmethod
-    def columns(settings, kind):
-        """Return the numbers by name."""
-        return {"range": 1, "bearing": 1}
 
     @staticmethod
     def most(settings, n):

@@ -6,6 +6,7 @@ class Sensor:
 
     TYPE = ""
     QUANTITIES = {}  # SI unit of each quantity whose noise can be given; "" names the only one
+    COLUMNS = {}  # how many numbers are recorded by each name: none of pictures
     RATE = 10.0  # [Hz] where a mount says nothing else
     NOISE = {}  # by quantity, where a mount says nothing else
     MODELS = {}  # settings by name, which a mount takes with ``model``
@@ -25,10 +26,10 @@ class Sensor:
     def check(kind, where):
         """Raise ``ScenarioError`` where robots of ``kind`` cannot have the sensor."""
 
-    @staticmethod
-    def columns(settings, kind):
-        """Return how many numbers are recorded by each name, of a robot of ``kind``: {} for pictures."""
-        raise NotImplementedError
+    @classmethod
+    def columns(cls, settings, kind):
+        """Return how many numbers are recorded by each name, of a robot of ``kind``: ``COLUMNS``."""
+        return cls.COLUMNS
 
     @staticmethod
     def most(settings, n):

@@ -26,14 +26,14 @@ def controlled(scenario, **changes):
 CORRECT = {
     "the paper's path for 110 s": lambda: shipped("paper", {"closure": "path"}, duration=110.0),
     "points for 80 s": lambda: shipped("paper_theory", duration=80.0),
-    "a delay near its bound": lambda: shipped("delayed_consensus", {"tau": 0.76}),
-    "little damping": lambda: shipped("second_order_consensus", {"g": 1.5}),
+    "a delay near its bound": lambda: shipped("delayed_consensus", {"tau": 0.76}, duration=15.0),
+    "little damping": lambda: shipped("second_order_consensus", {"g": 1.5}, duration=15.0),
     "a short run": lambda: shipped("consensus", duration=6.0),
     "a start without the slowest mode": lambda: shipped(
         "consensus", robots=5, poses=PENTAGRAM, topology=RING
     ),
     "no simple modes": lambda: as_points(
-        shipped("containment", {"leaders": 1}, robots=6, poses=LINE, topology=CHAIN, duration=150.0)
+        shipped("containment", {"leaders": 1}, robots=6, poses=LINE, topology=CHAIN, duration=60.0)
     ),
     "one factor for the team": lambda: controlled(
         shipped("paper_four", {"closure": "cycle"}), saturation="team"
@@ -43,7 +43,7 @@ CORRECT = {
         safety=True,
         saturation="robot",
     ),
-    "a flock from a line": lambda: shipped("flocking", robots=6, poses=LINE, duration=20.0),
+    "a flock from a line": lambda: shipped("flocking", robots=6, poses=LINE, duration=8.0),
     "a leader's first seconds": lambda: shipped("leader_follower", duration=4.0),
     "firmware's ramps": lambda: shipped("displacement_formation", limits="firmware", duration=30.0),
 }
@@ -83,7 +83,7 @@ def test_a_run_is_judged_once_the_filter_has_acted_last(tmp_path):
         robots=2,
         poses=[[-2.0, 0.2, 0.0], [2.0, 0.0, 3.14]],
         topology={"preset": "path"},
-        duration=25.0,
+        duration=16.0,
     )
     given = controlled(given, safety=True)
     right, wrong = verdict_of(given, tmp_path), verdict_of(given, tmp_path, Weak)
@@ -99,7 +99,7 @@ class Hasty(Containment):
 
 
 def test_a_moment_at_a_limit_hides_no_wrong_gain(tmp_path):
-    given = shipped("containment", limits={"v_max": 1.2, "omega_max": 6.2832}, duration=140.0)
+    given = shipped("containment", limits={"v_max": 1.2, "omega_max": 6.2832}, duration=50.0)
     right = verdict_of(given, tmp_path)
     rate, far = check(right, "decay rate"), check(right, "largest distance from the exact")
     assert rate["passed"] and not rate["note"], rate  # it is the same with and without limits
@@ -110,16 +110,26 @@ def test_a_moment_at_a_limit_hides_no_wrong_gain(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name, limits, claim",
+    "name, limits, duration, claim",
     [
-        ("cucker_smale", {"v_max": 1.5, "omega_max": 6.2832}, "drift of the mean velocity"),
-        ("marching", {"v_max": 1.2, "omega_max": 6.2832}, "drift of the centre from the path"),
-        ("leader_follower", {"v_max": 1.05, "omega_max": 3.0}, "decay rate of the separation"),
+        ("cucker_smale", {"v_max": 1.5, "omega_max": 6.2832}, 12.0, "drift of the mean velocity"),
+        (
+            "marching",
+            {"v_max": 1.2, "omega_max": 6.2832},
+            22.0,
+            "drift of the centre from the path",
+        ),
+        (
+            "leader_follower",
+            {"v_max": 1.05, "omega_max": 3.0},
+            22.0,
+            "decay rate of the separation",
+        ),
     ],
 )
-def test_what_a_law_remembers_is_known_after_a_limit(tmp_path, name, limits, claim):
+def test_what_a_law_remembers_is_known_after_a_limit(tmp_path, name, limits, duration, claim):
     given = controlled(
-        shipped(name, fidelity="kinematic", limits=limits, duration=30.0), saturation="robot"
+        shipped(name, fidelity="kinematic", limits=limits, duration=duration), saturation="robot"
     )
     verdict = verdict_of(given, tmp_path)
     one = check(verdict, claim)

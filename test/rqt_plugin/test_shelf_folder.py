@@ -117,6 +117,17 @@ def test_the_oldest_make_room_but_neither_pinned_ones_nor_the_newest(shelf, tmp_
     assert names(shelf) == ["e", "a"]
 
 
+def test_what_lies_where_runs_are_kept_is_never_removed(shelf, tmp_path):
+    mine = make_run(tmp_path / "mine", "precious", 1e9, size=10000)
+    shelf.keep_in(str(tmp_path / "mine"))
+    shelf.change(most_bytes=1)
+    made = make_run(tmp_path / "mine" / "mrs_simulator_runs", "a", 2e9)
+    assert names(shelf) == ["a"] and shelf.make_room() == ["a"]
+    assert os.path.exists(mine) and not os.path.exists(made)
+    shelf.keep_in(shelf.folder)
+    assert shelf.folder == str(tmp_path / "mine" / "mrs_simulator_runs")
+
+
 def test_what_is_wrong_in_settings_and_runs_is_left_out(shelf, tmp_path):
     path = make_run(tmp_path / "home" / "runs", "a", 1e9)
     for name in ("scenario.yaml", "verdict.json"):

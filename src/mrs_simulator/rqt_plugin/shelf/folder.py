@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.shelf.entry import BAG, Entries, Marks, is_run, ru
 from mrs_simulator.scenario.reading import read_json
 
 MOST_BYTES = 2 * 10**9  # [bytes] of all runs in the folder, unless the user wants others
+OWN = "mrs_simulator_runs"  # the folder's name below one that the user has chosen
 DELETED = ".deleted"  # the folder of runs that can be brought back
 SETTINGS = "shelf.json"
 SAVED = "mrs_runs"  # the folder that is suggested for results, and where `record` writes
@@ -61,6 +62,15 @@ class Shelf:
     def folder(self):
         """Return the path of the folder."""
         return self.settings()["folder"]
+
+    def keep_in(self, place):
+        """Keep runs below the directory ``place``, in a folder of their own.
+
+        What else is there is the user's: it is neither listed nor removed to make room.
+        """
+        place = os.path.abspath(place)
+        own = place if os.path.basename(place) == OWN else os.path.join(place, OWN)
+        self.change(folder=own)
 
     def holds(self, path):
         """Return whether the run at ``path`` is in the folder."""

@@ -156,7 +156,7 @@ class ShelfControl:
         self._do(self._shelf.add, path)
 
     def _keep_in(self, path):
-        self._do(self._shelf.change, folder=os.path.abspath(path))
+        self._do(self._shelf.keep_in, path)
 
     @guarded
     def _on_unwatch(self, path):

@@ -29,6 +29,7 @@ from mrs_simulator.rqt_plugin.window.shelf import ShelfControl
 from mrs_simulator.rqt_plugin.window.start import Start
 from mrs_simulator.rqt_plugin.window.status import Status
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
+from mrs_simulator.rqt_plugin.window.what_if import KEEP, WhatIf
 from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
 from mrs_simulator.scenario.scenario import Scenario, scenario_from_yaml
 
@@ -72,6 +73,7 @@ class StudyWidget(StudyPanels):
             self, self.study.shelf, self.files, self.opened, self.results
         )
         self.history.before_clearing = guarded(self.results.keep_unsaved)
+        self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
         self.bar.asked.connect(self._on_asked)
@@ -160,6 +162,7 @@ class StudyWidget(StudyPanels):
         self.replay.show_frame()
         self.opened.show_frame()
         self.live.show_frame()
+        self.what_if.show_frame()
         self.comparison_control.show_frame()
 
     @guarded
@@ -195,6 +198,9 @@ class StudyWidget(StudyPanels):
         if name == "set_team":
             self.pending_team.answered()
         self.whole.answered(name, success)
+        if name == KEEP and self.what_if.kept(success, answer):
+            self.shelf_control.look()
+            return
         if name in ("save", "keep", JUDGE):
             self.shelf_control.look()
         if name == JUDGE:
@@ -226,6 +232,7 @@ class StudyWidget(StudyPanels):
         self.trial.close()
         self.edge_lens.close()
         self.course.close()
+        self.what_if.close()
         self.results.close()
         self.opened.end()
         self.comparison_control.end()

@@ -14,7 +14,7 @@ from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
 from mrs_simulator.rqt_plugin.map.robot_card import card_lines, draw_card
 from mrs_simulator.rqt_plugin.map.robot_selection import RobotSelection
 from mrs_simulator.rqt_plugin.map.ruler import Ruler, draw_selection_band
-from mrs_simulator.rqt_plugin.map.scene import MapScene
+from mrs_simulator.rqt_plugin.map.scene import EDGE_MODES, MapScene
 from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import MapStyle
@@ -59,6 +59,8 @@ class PaintedMap(MapScene):
             if self.shown["targets"] and self.targets is not None:
                 team = self.targets, self.team.numbers
                 marks.draw_targets(painter, style, self.frame, *team)
+            if self.ahead is not None and self.ahead.pose.shape[1] == len(self.team.numbers):
+                self.ahead.draw(painter, style, self.frame, self.team_scene(), self.team.shapes)
             self._paint_robots(painter, style)
             if self.shown["legend"]:
                 draw_legend(painter, style, self.frame, self.legend())
@@ -212,7 +214,7 @@ class PaintedMap(MapScene):
     def _paint_hovered(self, painter, style):
         """Paint the edge under the mouse, which a click removes."""
         team = self.team.numbers, self.team.pose, self.frame, style.unit, self.team.shapes
-        segment = self.edges.segment_of(self.hovered, *team) if self._mode == "edges" else None
+        segment = self.edges.segment_of(self.hovered, *team) if self._mode in EDGE_MODES else None
         if segment is not None:
             shown = self._cursor, self.hover_text
             directed = self.edges.directed

@@ -1,5 +1,6 @@
 """The map with its buttons: mouse modes and visible layers."""
 
+from mrs_simulator.rqt_plugin.ahead.bar import AheadBar
 from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
 from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
 from mrs_simulator.rqt_plugin.map.scene import HINTS
@@ -32,6 +33,11 @@ MODES = (
         "Edges",
         "Drag from robot i to robot j: j receives from i. Click an edge to delete it",
     ),
+    (
+        "ahead",
+        "What if",
+        "Drag a robot, click on an edge or move a gain, and see how the run would go on",
+    ),
     ("measure", "Measure", "Drag from one point or robot to another: distance and direction"),
     ("obstacles", "Obstacles", "Draw, move, resize, turn and delete obstacles.\n" + HELP),
 )
@@ -60,7 +66,7 @@ class MapPanel(QWidget):
         self._chosen, self._hidden = 0, set()  # the robot clicked, and those without a trail
         self.map, self.modes, self.shown = MapView(), {}, {}
         self._row = FlowLayout()
-        self.obstacles = ObstacleFields(self.map)
+        self.obstacles, self.ahead = ObstacleFields(self.map), AheadBar()
         self._build_help()
         self.map.changed.connect(self._on_changed)
         self._build_modes()
@@ -104,14 +110,17 @@ class MapPanel(QWidget):
         column.setContentsMargins(4, 1, 4, 1)
         column.setSpacing(1)
         column.addWidget(self.obstacles)
+        column.addWidget(self.ahead)
         column.addWidget(self.hint)
         Overlay(self.help, self.map, below=True)
         self._show_help("look")
 
     def _show_help(self, mode):
         self.obstacles.setVisible(mode == "obstacles")
+        self.ahead.setVisible(mode == "ahead")
+        self.hint.setVisible(bool(HINTS[mode]))
         self.hint.setText(HINTS[mode])
-        self.help.setVisible(bool(HINTS[mode]))
+        self.help.setVisible(bool(HINTS[mode]) or mode == "ahead")
 
     def _build_shown(self):
         for name, text, tip in SHOWN:

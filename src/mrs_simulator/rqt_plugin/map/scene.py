@@ -26,9 +26,11 @@ HINTS = {
     "poses": "Drag to move (Ctrl: to 0.5 m), with Shift to turn.  Shift-drag on the floor or Ctrl-click to "
     "select several; right button: arrange",
     "edges": "Drag from robot i to robot j: j receives from i.  Click on an edge to remove it",
+    "ahead": "",
     "measure": "Drag from one point or robot to another; robots are followed",
     "obstacles": "Drag on free floor to draw, on an obstacle to move it, on its marks to resize or turn it",
 }
+EDGE_MODES = ("edges", "ahead")  # in which a click takes an edge away
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
 REACH = 10.0  # [m] about a small team within which obstacles are brought into view
 LAYERS = ("trails", "forecast", "targets", "edges", "numbers", "legend")
@@ -49,6 +51,7 @@ class MapScene(QWidget):
         self.readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self.selected = set(), 0
         self.targets, self._target_z, self.obstacles = None, None, ()
+        self.ahead = None  # a ``LookAhead``: how the run would go on
         self.forecast = None  # (k, n, 2) [m] where theory has the robots go
         self._standing, self._movers, self._moving = (), (), ()
         self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
@@ -184,6 +187,12 @@ class MapScene(QWidget):
         """Show ``paths`` (k, n, 2) [m] that theory has robots take to where they end, None for none."""
         if paths is not self.forecast:
             self.forecast = paths
+            self.update()
+
+    def show_ahead(self, ahead):
+        """Show how the run would go on, a ``LookAhead`` of this team, None for nothing."""
+        if ahead is not self.ahead:
+            self.ahead = ahead
             self.update()
 
     @property

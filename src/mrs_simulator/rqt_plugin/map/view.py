@@ -12,6 +12,7 @@ from mrs_simulator.rqt_plugin.map.map_menu import open_map_menu
 from mrs_simulator.rqt_plugin.map.obstacle_keys import ObstacleKeys
 from mrs_simulator.rqt_plugin.map.obstacle_shapes import described, obstacle_at
 from mrs_simulator.rqt_plugin.map.painted_map import PaintedMap
+from mrs_simulator.rqt_plugin.map.scene import EDGE_MODES
 from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QToolTip
@@ -25,7 +26,7 @@ ZOOM = 1.2  # [-] of one notch of the wheel
 class Drag(NamedTuple):
     """What the mouse does while a button is down."""
 
-    kind: str  # pan, move, turn, edge, obstacle, band (a selection) or measure
+    kind: str  # pan, move, turn, edge, ahead, obstacle, band (a selection) or measure
     row: int  # of the robot pressed, -1 for none
     press: np.ndarray  # (2,) [px]
     grip: np.ndarray  # (2,) [m] from the cursor to the robot
@@ -38,6 +39,8 @@ class MapView(PaintedMap):
     pose_edited = Signal(int, float, float, float)  # number, x [m], y [m], theta [rad]
     poses_edited = Signal(object)  # of several robots: the team's (n, 3) [m, m, rad]
     follow_asked = Signal(int)  # robot whose 3D view is asked for
+    ahead_moved = Signal(int, float, float)  # number, x [m], y [m]: what if it were there
+    ahead_cut = Signal(object)  # the edge (i, j, weight) without which to look ahead
     edge_added = Signal(int, int)  # i receives from j
     edge_removed = Signal(int, int)
     edge_hovered = Signal(object)  # (i, j, weight) under the mouse while edges are edited, or None
@@ -85,6 +88,8 @@ class MapView(PaintedMap):
         button = event.button()
         if self._mode == "poses" and button in (Qt.LeftButton, Qt.RightButton):
             return self._pose_drag(row, button == Qt.RightButton, event.modifiers())
+        if row >= 0 and self._mode == "ahead" and button == Qt.LeftButton:
+            return "ahead"
         if self._mode == "measure" and button == Qt.LeftButton:
             return "measure"
         if row >= 0 and self._mode == "edges" and button == Qt.LeftButton:
@@ -123,7 +128,7 @@ class MapView(PaintedMap):
 
     def _hover(self, at):
         """Take note of the edge at ``at`` (2,) [px], None for outside, where a click would remove it."""
-        edits = self._mode == "edges" and at is not None and self.robot_at(at) < 0
+        edits = self._mode in EDGE_MODES and at is not None and self.robot_at(at) < 0
         edge = self.edge_at(at) if edits else None
         if edge != self.hovered:
             self.hovered, self.hover_text = edge, ""
@@ -165,6 +170,9 @@ class MapView(PaintedMap):
                 self._edit(row, self.team.pose[row, :2], math.atan2(toward[1], toward[0]))
         elif kind == "obstacle":
             self.editor.drag(self.frame.to_plane(at), self.grain, bool(held & Qt.ShiftModifier))
+        elif kind == "ahead":
+            place = (self.frame.to_plane(at) + grip).tolist()
+            self.ahead_moved.emit(self.team.numbers[row], *place)
         elif kind == "measure":
             self.ruler.lead(self.robot_at(at), self.frame.to_plane(at))
         self.update()
@@ -221,16 +229,18 @@ class MapView(PaintedMap):
     def _click(self, row, at):
         if self._mode == "look":  # on the floor: none
             self.robot_clicked.emit(self.team.numbers[row] if row >= 0 else 0)
-        elif self._mode == "edges":
+        elif self._mode in EDGE_MODES:
             edge = self.edge_at(at)
-            if edge is not None:
+            if edge is not None and self._mode == "ahead":
+                self.ahead_cut.emit(edge)
+            elif edge is not None:
                 self.edge_removed.emit(*edge[:2])
             self._hover(at)
 
     @guarded
     def mouseDoubleClickEvent(self, event):
         at = _place(event)
-        on_edge = self._mode == "edges" and self.edge_at(at) is not None
+        on_edge = self._mode in EDGE_MODES and self.edge_at(at) is not None
         if self._mode == "obstacles":
             self.mousePressEvent(event)
         elif event.button() == Qt.LeftButton and self.robot_at(at) < 0 and not on_edge:

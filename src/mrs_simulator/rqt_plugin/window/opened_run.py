@@ -15,7 +15,7 @@ from mrs_simulator.study.results.report import VERDICT_FILE
 from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.verdict_file import read_verdict
 
-LOOKING = "look", "measure"  # modes of the mouse that edit nothing
+LOOKING = "look", "ahead", "measure"  # modes of the mouse that edit nothing
 JUDGE, JUDGE_LIMIT = "judge_opened", 300.0  # name of the request; [s] of wall time
 
 

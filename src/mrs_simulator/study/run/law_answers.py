@@ -121,6 +121,13 @@ def forecast(scenario):
     return np.array(track[0][rows][..., :2])
 
 
+def ahead(scenario, function, *arguments):
+    """Return what the ``function`` of :mod:`ahead` by its name returns; it moves robots."""
+    from mrs_simulator.study.run import ahead as looks  # a world, which few displays want
+
+    return getattr(looks, function)(scenario, *arguments)
+
+
 _PRINTED = Limited(SimpleNamespace(value=MOST_PRINTED))
 
 
@@ -155,6 +162,7 @@ ANSWERS = {
         targets_at,
         prediction,
         forecast,
+        ahead,
         velocities,
         start_points,
         standings_of,

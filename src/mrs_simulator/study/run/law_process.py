@@ -15,7 +15,7 @@ from mrs_simulator.study.run import law_answers
 
 LIMIT = 30.0  # [s] of wall time for one answer, the import of the law's file included
 # Answers that may take seconds, whatever the law.
-LONG = ("prediction", "forecast", "standings_of", "verdict_on")
+LONG = ("prediction", "forecast", "ahead", "standings_of", "verdict_on")
 GRACE = 0.1  # [s] of wall time for an answer before ``waiting`` is called
 
 

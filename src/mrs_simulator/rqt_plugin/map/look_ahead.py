@@ -1,0 +1,35 @@
+"""A run as it would go on, drawn as ghosts over the one that is shown."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.rqt_plugin.map.drawing import draw_robots
+from mrs_simulator.rqt_plugin.map.forecast import draw_forecast
+from mrs_simulator.rqt_plugin.map.sprites import Sprites
+
+FAINT = 0.45  # [-] opacity of the robots
+
+
+class LookAhead(NamedTuple):
+    """Where the robots begin and end, and how they get there."""
+
+    pose: Any  # (k, n, 3) [m, m, rad]
+    moved: tuple = ()  # rows of robots that are put elsewhere at the beginning
+
+    def draw(self, painter, style, frame, scene, shapes):
+        """Draw paths, robots at their ends, and those put elsewhere where they begin.
+
+        ``scene``: the ``Scene`` of the robots, with their ``shapes``.
+        """
+        numbers = scene.state.robots
+        draw_forecast(painter, style, frame, self.pose[..., :2], numbers)
+        painter.save()
+        painter.setOpacity(FAINT)
+        for row, rows in ((0, list(self.moved)), (-1, range(len(numbers)))):
+            pose, shown = self.pose[row], np.zeros(len(numbers), dtype=bool)
+            shown[list(rows)] = True
+            shown &= np.isfinite(pose).all(axis=1)
+            ghosts = scene._replace(state=scene.state.replace(pose=pose))
+            draw_robots(painter, style, frame, ghosts, shapes, shown, Sprites())
+        painter.restore()

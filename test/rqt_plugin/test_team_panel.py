@@ -94,9 +94,9 @@ def texts(panel, robot):
 
 def test_more_robots_than_the_window_edits_are_refused_and_not_cut_off(panel):
     before = len(panel.kinds())
-    set_number(panel, 1000)
+    set_number(panel, 1001)
     assert len(panel.kinds()) == before and panel._number.value() == before
-    assert panel._message.message == "1000 robots: the window edits at most 200"
+    assert panel._message.message == "1001 robots: the window edits at most 1000"
 
 
 def test_rows_follow_the_number(panel):
@@ -205,7 +205,7 @@ def test_paste_grows_the_team(panel):
         (1, "1,2,3,4", "pasted row 1: 4 values"),
         (1, "1,5\t2", "'1,5'"),
         (3, "1\t2\n3\t4\n5\t6", "to get more robots paste at robot1"),
-        (1, "0,0\n" * 201, "201 rows pasted, wanted at most 200"),
+        (1, "0,0\n" * 1001, "1001 rows pasted, wanted at most 1000"),
     ],
 )
 def test_a_paste_is_taken_whole_or_not_at_all(panel, robot, text, message):

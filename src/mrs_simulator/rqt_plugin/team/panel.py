@@ -24,7 +24,7 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.scenario.team.layouts import extend_poses
 from mrs_simulator.world.contact.bodies import Bodies
 
-MOST_ROBOTS = 200
+MOST_ROBOTS = 1000
 MOST_TYPED = (
     999999  # [-] so that a number beyond the limit is refused, and not cut off as it is typed
 )

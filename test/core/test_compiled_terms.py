@@ -111,6 +111,12 @@ def test_what_is_kept_is_known_by_what_it_computes():
         flocking_equations.EPSILON = kept
 
 
+def test_a_term_has_one_law_which_is_compiled_once():
+    law = compiled_terms.flow_law(edge_terms.weighted)
+    assert compiled_terms.flow_law(edge_terms.weighted) is law
+    assert compiled_terms.flow_law(formations.spring) is not law
+
+
 def test_constants_of_every_kind_are_part_of_what_is_kept():
     def digest(constant, default=1.0):
         def law(apart, gain=default):

@@ -164,6 +164,18 @@ def test_the_scale_grows_by_held_commands_within_the_bound():
     assert 0.01 < grown < claim.tolerance < 0.06
 
 
+def test_bearings_decay_at_the_rate_of_the_scale_that_was_reached():
+    """At 10 Hz held commands make the scale grow by 3 %, and the rate is as much lower."""
+    scenario = as_points(shipped("bearing_formation"))
+    control = scenario.control._replace(rate=10.0)
+    places = np.random.default_rng(0).uniform(-6.0, 6.0, (6, 2))
+    poses = np.column_stack([places, np.zeros(6)])
+    run = simulate(scenario.changed(control=control.to_plain(), poses=poses.tolist(), step=0.1))
+    rate = check(run.verdict, "decay rate of the bearings' error [1/s]")
+    assert rate["passed"] and rate["measured"] == pytest.approx(rate["predicted"], rel=2e-3)
+    assert check(run.verdict, "drift of the scale [-]")["measured"] > 0.02
+
+
 @pytest.mark.parametrize("seed", [6, 20])
 def test_lengths_decay_at_the_rate_of_their_slowest_mode(seed):
     """From a start of which other modes are larger for most of the run."""

@@ -390,6 +390,10 @@ class BearingFormation(Shaped):
         def relative_scale(hand):
             return laws.scale(hand) / size
 
+        def bearing_distance(hand):
+            # Modes about another scale decay as much slower as it is larger, to which held commands lead.
+            return by_sample(self._bearing_distance)(hand) ** relative_scale(hand)[-1]
+
         claims = [
             bearing_error(places, topology, allowed.share),
             converges_to(limit, reach, "distance from place [m]", free=True),
@@ -397,7 +401,7 @@ class BearingFormation(Shaped):
             invariant(relative_scale, share, "drift of the scale [-]"),
             rate(
                 linear_theorem(self.gain * matrix).held_rate(self.period),
-                by_sample(self._bearing_distance),
+                bearing_distance,
                 allowed.rate,
                 "decay rate of the bearings' error [1/s]",
             ),

@@ -141,6 +141,40 @@ def take_world(gui, press, until, picture):
     until(lambda: not gui.connection.is_fresh("stage"))
 
 
+def make_runs(home):
+    """Make runs with three gains in the folder of runs below ``home``."""
+    from mrs_simulator.study.run.experiment import run_experiment
+
+    scenario = scenario_of(7)
+    for place, gain in enumerate((0.01, 0.02, 0.06)):
+        parameters = dict(scenario.control.parameters, k=gain)
+        control = scenario.control._replace(parameters=parameters)
+        path = os.path.join(home, "runs", "run{}".format(place))
+        run_experiment(scenario._replace(control=control), path, formats=())
+
+
+def take_runs(gui, until, picture):
+    """Take the picture of runs that are compared."""
+    shelf, runs = gui.study.shelf, gui.shelf.list
+    shelf.home = os.path.join(gui.study.processes.directory, "home")
+    shelf.change(watched=[])
+    make_runs(shelf.home)
+    gui.shelf_control.look()
+    gui.bring_forward("Runs")
+    until(lambda: len(runs.runs.entries) == 3)
+    runs.choose(runs.runs.entries[0].path)
+    gui.opened.open(runs.current_path())
+    for row in (1, 2):
+        runs.toggle(row)
+    until(lambda: gui.opened.run is not None and len(gui.map.ghosts) == 2)
+    gui.replay.cursor.go(12.0)
+    gui.selection.choose(2)
+    picture("gui_runs")
+    gui.selection.choose(0)
+    runs.clear_compared()
+    gui.opened.close()
+
+
 def take(options):
     """Take the pictures of a whole study in one look."""
     import rosgraph
@@ -195,6 +229,7 @@ def take(options):
         curves = gui.results_tabs.currentWidget()
         picture("gui_team")
         if options.robots == 7:
+            take_runs(gui, until, picture)
             take_world(gui, press, until, picture)
             gui.show_scenario(scenario_of(options.robots))
             gui.results_tabs.setCurrentWidget(curves)

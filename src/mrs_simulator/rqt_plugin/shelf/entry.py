@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import time
 from typing import NamedTuple
 
 from mrs_simulator.rqt_plugin.shelf.differences import flat
@@ -11,6 +12,7 @@ from mrs_simulator.verdict.verdict import outcome_of
 from mrs_simulator.verdict.verdict_file import read_verdict
 
 BAG = ".bag"
+PAUSE = 0.003  # [s] after each run that was read, in which the window's thread goes on
 READ = RUN_FILE, SCENARIO_FILE, VERDICT_FILE  # files that an entry depends on
 
 
@@ -83,7 +85,10 @@ class Entries:
             if signature is None:
                 continue
             before, entry = known.get(path, (None, None))
-            self._known[path] = signature, entry if before == signature else _read(path)
+            if before != signature:
+                entry = _read(path)
+                time.sleep(PAUSE)
+            self._known[path] = signature, entry
         return [entry for _, entry in self._known.values()]
 
 

@@ -2,13 +2,12 @@
 
 import time
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QPoint, QRect, QSize, Qt
-from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QFont, QPainter, QPalette
+from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, QRect, QRectF, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QFont, QPainter, QPalette, QPen, QPolygonF
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QApplication,
     QStyle,
     QStyledItemDelegate,
-    QStyleOptionButton,
     QStyleOptionViewItem,
 )
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -62,28 +61,32 @@ class RunRow(QStyledItemDelegate):
             painter.fillRect(
                 QRect(option.rect.topLeft(), QSize(3, option.rect.height())), palette.highlight()
             )
-        self._paint_box(painter, option, index, line)
+        role = QPalette.HighlightedText if chosen else QPalette.Text
+        colour = palette.color(QPalette.Active, role)
+        self._paint_box(painter, option, index, colour, line)
         place = self._picture_place(option.rect, line)
         self._paint_picture(painter, place, entry, palette)
         left = place.right() + line // 2
         width = option.rect.right() - left - line // 3
-        role = QPalette.HighlightedText if chosen else QPalette.Text
-        colour = palette.color(QPalette.Active, role)
         self._paint_texts(
             painter, QRect(left, place.top(), width, line), entry, difference, colour, chosen
         )
         painter.restore()
 
-    def _paint_box(self, painter, option, index, line):
-        button, box = QStyleOptionButton(), self.box(option.rect)
-        side = min(box.width(), int(1.1 * line))
-        corner = QPoint(box.center().x() - side // 2 + 1, box.center().y() - side // 2)
-        button.rect = QRect(corner, QSize(side, side))
-        checked = index.data(Qt.CheckStateRole) == Qt.Checked
-        button.state = QStyle.State_Enabled | (QStyle.State_On if checked else QStyle.State_Off)
-        QApplication.style().drawPrimitive(
-            QStyle.PE_IndicatorCheckBox, button, painter, self.parent()
-        )
+    def _paint_box(self, painter, option, index, colour, line):
+        """Paint the box, in the colour of the text: a style's own is not seen on every ground."""
+        box, side = self.box(option.rect), 0.95 * line
+        middle = QPointF(box.center().x() + 2.0, box.center().y() + 0.5)
+        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setPen(QPen(faint(colour), max(1.0, line / 16.0)))
+        painter.setBrush(Qt.NoBrush)
+        frame = QRectF(middle.x() - side / 2, middle.y() - side / 2, side, side)
+        painter.drawRoundedRect(frame, 0.15 * side, 0.15 * side)
+        if index.data(Qt.CheckStateRole) == Qt.Checked:
+            painter.setPen(QPen(colour, line / 7.0, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin))
+            places = (-0.25, 0.0), (-0.08, 0.2), (0.28, -0.24)
+            tick = [middle + QPointF(x * side, y * side) for x, y in places]
+            painter.drawPolyline(QPolygonF(tick))
 
     def _picture_place(self, rect, line):
         high = int((1.15 * LINES) * line)

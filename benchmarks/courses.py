@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.safety.way_out import EXACT, WayOut
+from mrs_simulator.control.safety.braking_certificate import EXACT, WayOut
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.vehicles.registry import kind as kind_named

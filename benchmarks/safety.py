@@ -17,7 +17,7 @@ import time
 import numpy as np
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.control.safety.nearest_velocities import safe_velocities
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment
 

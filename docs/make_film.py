@@ -19,8 +19,8 @@ from mrs_simulator import simulate
 from mrs_simulator.core.writing import write_bytes
 from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.palette import LIGHT
-from mrs_simulator.study.draw.film import Film
 from mrs_simulator.study.draw.paint import DPI, paint
+from mrs_simulator.study.draw.space_film import Film
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
 WIDTH, HEIGHT, STRIP = 576, 328, 50  # [px] of a frame, and of the text below the team

@@ -29,7 +29,7 @@ COMMANDS = {
     "noise_gain": ("study.analyses.noise_gain", "main", "consensus under noise, against theory"),
     "compile": ("study.run.compile_ahead", "main", "compile shipped laws before long runs"),
     "gui": ("rqt_plugin.local_side.command", "main", "open the window of studies, without ROS"),
-    "docs": ("core.manual", "main", "print a page of the documentation, as errors name it"),
+    "docs": ("core.doc_pages", "main", "print a page of the documentation, as errors name it"),
     "scenarios": ("scenario.shipped", "main", "list the scenarios that ship"),
 }
 BAD_INPUT = 2  # exit code

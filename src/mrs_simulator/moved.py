@@ -62,7 +62,7 @@ MOVED = {
     "study.experiment": "study.run.experiment",
     "study.export": "study.results.export",
     "study.figures": "study.draw.figures",
-    "study.film": "study.draw.film",
+    "study.film": "study.draw.space_film",
     "study.report": "study.results.report",
     "study.shipped": "scenario.shipped",
     "study.simulating": "study.run.simulating",

@@ -11,7 +11,12 @@ from ros_fixtures import log_of, wait_until
 from mrs_simulator import PioneerControl, run_experiment
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
-from mrs_simulator.control.safety.filter import FIXED_RATE, filter_acts, margins, safe_velocities
+from mrs_simulator.control.safety.nearest_velocities import (
+    FIXED_RATE,
+    filter_acts,
+    margins,
+    safe_velocities,
+)
 from mrs_simulator.record.controller_log import deadlock_in, deadlock_text
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict

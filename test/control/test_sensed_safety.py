@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.safety.sensed import SensedNeighbourhood, arcs, nearest, safe_by_sensors
+from mrs_simulator.control.safety.filter_by_sensors import (
+    SensedNeighbourhood,
+    arcs,
+    nearest,
+    safe_by_sensors,
+)
 from mrs_simulator.protocols.loading import ProtocolError
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import ScenarioError
@@ -63,7 +68,7 @@ def test_an_echo_may_come_from_anywhere_in_its_cone_where_no_other_would_receive
 
 
 def test_the_nearest_velocity_is_that_of_a_search(monkeypatch):
-    monkeypatch.setattr("mrs_simulator.control.safety.sensed.SWIRL", 0.0)
+    monkeypatch.setattr("mrs_simulator.control.safety.filter_by_sensors.SWIRL", 0.0)
     draw = np.random.default_rng(1)
     grid = np.stack(np.meshgrid(*[np.linspace(-1.5, 1.5, 151)] * 2), axis=-1).reshape(-1, 2)
     for _ in range(30):

@@ -10,8 +10,8 @@ from protocol_fixtures import SCENARIOS
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.braking_certificate import SHARES, STEEPEST, WayOut
 from mrs_simulator.control.safety.distances import body_radii
-from mrs_simulator.control.safety.way_out import SHARES, STEEPEST, WayOut
 from mrs_simulator.core.neighbours import lengths
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.core import blocks
+from mrs_simulator.core import sample_blocks
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Run
 from mrs_simulator.study.draw.plane_figure import trajectories_height
 from mrs_simulator.verdict import judging
 from mrs_simulator.verdict.energy_balance import balance_of
+from mrs_simulator.verdict.impossible_poses import first_jump
 from mrs_simulator.verdict.law.published_checks import at_limit
-from mrs_simulator.verdict.possible import first_jump
 
 SAMPLES, ROBOTS = 3000, 60
 
@@ -47,7 +47,7 @@ WORK = {
 @pytest.mark.parametrize("what", WORK)
 def test_a_long_run_is_looked_at_in_blocks(what, study, monkeypatch):
     run, *others = study
-    monkeypatch.setattr(blocks, "AT_ONCE", 50 * ROBOTS)
+    monkeypatch.setattr(sample_blocks, "AT_ONCE", 50 * ROBOTS)
     if what == "dissipation":  # as where the law takes too long to compute
         monkeypatch.setattr("mrs_simulator.verdict.energy_balance.MOST_PAIRS", 0.0)
     tracemalloc.start()

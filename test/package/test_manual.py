@@ -10,13 +10,13 @@ from documentation import DOCS, ROOT, anchors, page
 from test_pages import named_in_code
 
 from mrs_simulator.__main__ import main
-from mrs_simulator.core import manual
+from mrs_simulator.core import doc_pages
 
 
 def test_all_that_errors_name_is_printed():
     for _, name, anchor in named_in_code():
         link = "docs/" + name + ("#" + anchor if anchor else "")
-        text = manual.text_of(link)
+        text = doc_pages.text_of(link)
         assert text == page(name) or text.startswith("#") and text in page(name) + "\n", link
 
 
@@ -33,7 +33,7 @@ def test_a_section_ends_where_the_next_begins(capsys):
 def test_headings_are_found_by_the_anchors_of_the_site():
     for name in ("protocols.md", "scenarios.md", "robots.md"):
         for anchor in anchors(name):
-            assert manual.text_of("{}#{}".format(name, anchor)).startswith("#")
+            assert doc_pages.text_of("{}#{}".format(name, anchor)).startswith("#")
 
 
 def test_without_a_page_all_are_listed(capsys):
@@ -60,9 +60,10 @@ def test_what_is_not_there_is_named_with_the_nearest(wanted, said, capsys):
 
 
 def test_an_installed_package_names_the_command(tmp_path):
-    assert manual.reference("docs/verdict.md#x", installed=False) == "docs/verdict.md#x"
+    assert doc_pages.reference("docs/verdict.md#x", installed=False) == "docs/verdict.md#x"
     assert (
-        manual.reference("docs/verdict.md#x", installed=True) == "mrs-simulator docs verdict.md#x"
+        doc_pages.reference("docs/verdict.md#x", installed=True)
+        == "mrs-simulator docs verdict.md#x"
     )
     # As pip builds it: the pages lie in the package.
     build = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", str(tmp_path / "lib")]

@@ -25,7 +25,7 @@ from mrs_simulator.ros.node.arguments import parse, scenario_from
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.results.report import main as report
 from mrs_simulator.study.run.command import main as experiment
 from mrs_simulator.study.run.command import sweep_main

@@ -22,8 +22,8 @@ from mrs_simulator.ros.message_forms.messages import (
 from mrs_simulator.scenario.requirements import Requirement
 from mrs_simulator.scenario.scenario import ScenarioError
 from mrs_simulator.study.results.report import control_of
+from mrs_simulator.study.run.applied_scenario import what_ran
 from mrs_simulator.study.run.experiment import perform
-from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.verdict.judging import judged
 

@@ -7,7 +7,7 @@ import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.control.guards import JumpBounds, Tracks
-from mrs_simulator.nodes.stage.answers import Answers
+from mrs_simulator.nodes.stage.answered_odometry import Answers
 from mrs_simulator.nodes.stage.robot_topics import Inbox as StageInbox
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.ros.message_forms.messages import MessageError, read_answered, team_command

@@ -5,7 +5,7 @@ import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
 from mrs_simulator.control.safety.bounds import Surroundings
-from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.control.safety.nearest_velocities import safe_velocities
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.reading import ScenarioError
@@ -18,7 +18,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import (
 )
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.sensors.suite import Suite
-from mrs_simulator.study.draw.film import Film
+from mrs_simulator.study.draw.space_film import Film
 from mrs_simulator.world.world import World
 
 CART = {"type": "cylinder", "name": "cart", "center": [3.0, 0.0], "radius": 0.3}

@@ -12,8 +12,8 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.draw.animation import Animation, Stage
-from mrs_simulator.study.draw.film import Film, SpaceStage, write_picture
 from mrs_simulator.study.draw.growing_curves import GrowingCurves
+from mrs_simulator.study.draw.space_film import Film, SpaceStage, write_picture
 from mrs_simulator.study.draw.style import LookError
 from mrs_simulator.study.results.report import begin_run, control_of, read_run
 from mrs_simulator.study.run.command import main as experiment

@@ -6,9 +6,9 @@ import pytest
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.verdict.impossible_poses import first_jump, first_overlap, jump
+from mrs_simulator.verdict.impossible_runs import impossibilities
 from mrs_simulator.verdict.judging import judged
-from mrs_simulator.verdict.possible import first_jump, first_overlap, jump
-from mrs_simulator.verdict.possible_runs import impossibilities
 
 
 def track(m=50, n=4, apart=2.0, speed=0.2, period=0.1):

@@ -5,7 +5,7 @@ import pytest
 
 from mrs_simulator.control.guards import Violations, checked_fence, outside, pairs_nearer
 from mrs_simulator.control.safety.bounds import Surroundings
-from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.control.safety.nearest_velocities import safe_velocities
 from mrs_simulator.nodes.control.command_gate import AGAIN, CommandGate
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.world.motion.weather import Gusts, Waves
+from mrs_simulator.world.motion.wind_and_waves import Gusts, Waves
 
 MANY = range(400)
 

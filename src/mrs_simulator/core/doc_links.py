@@ -6,7 +6,7 @@ that leave a function.
 
 import contextlib
 
-from mrs_simulator.core.manual import reference
+from mrs_simulator.core.doc_pages import reference
 
 OF_FAILED = reference("docs/verdict.md")
 OF_SELF_CONSISTENT = reference("docs/claims.md#a-law-that-states-nothing")

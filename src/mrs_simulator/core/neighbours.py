@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 
-from mrs_simulator.core.blocks import AT_ONCE
+from mrs_simulator.core.sample_blocks import AT_ONCE
 
 DENSE = 256  # [-] points up to which all pairs are compared
 MOST_MOVED = (

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from mrs_simulator.control.heading_swings import swings
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.distances import body_radii
-from mrs_simulator.control.safety.unkept import unkept
-from mrs_simulator.control.swinging import swings
+from mrs_simulator.control.safety.filter_warnings import unkept
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.protocols.loading import (
     OWN_INIT,

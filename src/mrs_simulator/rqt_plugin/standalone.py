@@ -26,7 +26,7 @@ from mrs_simulator.rqt_plugin.window.main_window import (
     run_window,
     scenario_of_run,
 )
-from mrs_simulator.study.programs import BAD_INPUT, refusing_bad_input
+from mrs_simulator.study.bad_input import BAD_INPUT, refusing_bad_input
 
 ARGUMENTS = dict(
     RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.blocks import blocks
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.protocols.curves import NOTHING, Balance, dissipated
 from mrs_simulator.protocols.published.laws import MOST_PAIRS
 from mrs_simulator.record.recording import part_of

@@ -18,6 +18,7 @@ from mrs_simulator.record.run_changes import changed_by, changes_text
 from mrs_simulator.verdict.certificates import certificate_claims
 from mrs_simulator.verdict.derived.derived_theory import derived_control
 from mrs_simulator.verdict.estimation import estimation_measures
+from mrs_simulator.verdict.impossible_runs import impossibilities
 from mrs_simulator.verdict.law.published_checks import (
     at_limit,
     delay_measures,
@@ -26,7 +27,6 @@ from mrs_simulator.verdict.law.published_checks import (
     knows_noise,
 )
 from mrs_simulator.verdict.obedience import obedience_checks
-from mrs_simulator.verdict.possible_runs import impossibilities
 from mrs_simulator.verdict.requirements.results import requirement_results
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, later, published_law, robots_run

@@ -4,11 +4,11 @@ import copy
 
 import numpy as np
 
+from mrs_simulator.control.safety.braking_certificate import WayOut
 from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
 from mrs_simulator.control.safety.distances import squash, sums_of_pairs, tracking_errors
-from mrs_simulator.control.safety.filter import capped, safe_velocities
-from mrs_simulator.control.safety.sensed import SensedNeighbourhood, safe_by_sensors
-from mrs_simulator.control.safety.way_out import WayOut
+from mrs_simulator.control.safety.filter_by_sensors import SensedNeighbourhood, safe_by_sensors
+from mrs_simulator.control.safety.nearest_velocities import capped, safe_velocities
 from mrs_simulator.control.velocities import turned_by
 
 UNCHANGED = 1e-9  # [m/s] up to which a velocity is that which was wanted

@@ -13,7 +13,7 @@ from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.nodes.control.command_gate import CommandGate
 from mrs_simulator.nodes.control.command_times import CommandTimes
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
-from mrs_simulator.nodes.control.ends import (
+from mrs_simulator.nodes.control.control_topics import (
     find_rivals,
     heed_rates,
     open_commands,

@@ -12,7 +12,7 @@ from mrs_simulator.ros.node import lifecycle
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.node.node_parameters import LAW_PROCESS
 from mrs_simulator.ros.node.parameters import read
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 
 
 def run(protocol=None, argv=None):

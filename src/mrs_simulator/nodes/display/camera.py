@@ -20,9 +20,9 @@ from mrs_simulator.ros.node.node_parameters import PICTURES
 from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, scene_time
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.figure_parts import robot_colours
 from mrs_simulator.study.draw.paint import pixels
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles.portable import team_from_message
 
 LARGEST, SIZE = 1280, (640, 480)  # [px] of a picture's side, and by default

@@ -25,8 +25,8 @@ from mrs_simulator.scenario.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, scene_time
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 from mrs_simulator.state.columns import LOAD, SPATIAL
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.figure_parts import PALETTE
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.portable import team_from_message
 from mrs_simulator.vehicles.shape import MOST_PARTS

@@ -12,7 +12,7 @@ import yaml
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 
 AREA = np.array([820.0, 600.0])  # [px] of the drawing in the window that the configuration asks for
 MARGIN = 0.15  # about what is to be seen, as a share of its size

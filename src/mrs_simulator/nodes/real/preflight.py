@@ -29,7 +29,7 @@ from mrs_simulator.ros.node.node_parameters import (
 from mrs_simulator.ros.node.parameters import is_given, read
 from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
 from mrs_simulator.sensors.mounts import fitted_mounts
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run import preflight
 from mrs_simulator.study.search.margin_checks import margin_checks, read_margins, read_measured
 from mrs_simulator.vehicles import Team

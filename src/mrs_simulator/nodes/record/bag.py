@@ -8,7 +8,7 @@ from mrs_simulator.nodes.record.bag_size import size_text, written
 from mrs_simulator.nodes.record.sensor_source import recorded_of
 from mrs_simulator.ros.message_forms.sensor_messages import forms_of, topic_of
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 
 STAGE = ("/clock", "/tf", "/tf_static")
 STAGE += tuple(

@@ -36,9 +36,9 @@ from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.state.columns import LOAD
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.results.report import begin_run, write_report, write_scenario
-from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.study.run.applied_scenario import what_ran
 from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.verdict import exit_code, verdict_text
 

@@ -30,7 +30,7 @@ from mrs_simulator.state.columns import joint_count
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
-from mrs_simulator.verdict.possible import jump
+from mrs_simulator.verdict.impossible_poses import jump
 
 REPORT = 5.0  # [s] of wall time between two reports of what is refused
 

@@ -5,7 +5,7 @@ from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.stage import Stage
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.node.lifecycle import run, start_node
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 
 LOCAL = dict(
     RUN_ARGUMENTS,

@@ -8,8 +8,8 @@ from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror
 from mrs_simulator.nodes.stage.scenario_topic import ScenarioTopic
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
+from mrs_simulator.nodes.stage.solver_window import Window
 from mrs_simulator.nodes.stage.status import StatusTopic
-from mrs_simulator.nodes.stage.window import Window
 from mrs_simulator.nodes.stage.world_topics import WorldTopics
 
 

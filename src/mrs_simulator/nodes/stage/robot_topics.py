@@ -9,7 +9,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped, TransformStamped
 
 from mrs_simulator.core.kinematics import TWIST_AXES
-from mrs_simulator.nodes.stage.answers import Answers
+from mrs_simulator.nodes.stage.answered_odometry import Answers
 from mrs_simulator.ros.message_forms.messages import (
     MessageError,
     TeamCommand,

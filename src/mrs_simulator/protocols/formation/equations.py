@@ -11,12 +11,12 @@ which is ``alpha_{i+1} + (c, 0)`` where i receives only from i+1.  A robot witho
 
 import numpy as np
 
-from mrs_simulator.core.blocks import blocks
 from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import HAND_LENGTH
 from mrs_simulator.core.neighbours import squared
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")

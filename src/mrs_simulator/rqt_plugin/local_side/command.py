@@ -6,7 +6,7 @@ import sys
 from mrs_simulator.core.program import program
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.programs import BAD_INPUT, refusing_bad_input
+from mrs_simulator.study.bad_input import BAD_INPUT, refusing_bad_input
 
 PAPER = "paper.yaml"  # what is opened first
 

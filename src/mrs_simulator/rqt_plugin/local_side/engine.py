@@ -25,7 +25,7 @@ from mrs_simulator.rqt_plugin.run.stage_run import OF_THE_STAGE
 from mrs_simulator.rqt_plugin.run.study_state import BY_REQUEST, EMERGENCY, RELEASED
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.state.status import Controller, Stage
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.verdict.theory.meetings import meetings_ahead

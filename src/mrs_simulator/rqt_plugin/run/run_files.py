@@ -13,7 +13,7 @@ from mrs_simulator.rqt_plugin.shelf.folder import SAVED
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.study.results.report import VERDICT_FILE
-from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.study.run.applied_scenario import what_ran
 from mrs_simulator.verdict.estimation import UNKNOWN
 
 FIGURES = "png,pdf,svg"  # formats of the figures that are saved

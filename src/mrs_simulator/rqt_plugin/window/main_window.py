@@ -14,7 +14,7 @@ from mrs_simulator.rqt_plugin.shelf.entry import BAG, is_run, run_at
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
 from mrs_simulator.rqt_plugin.window.saved_layout import LAYOUT
-from mrs_simulator.study.programs import BAD_INPUT
+from mrs_simulator.study.bad_input import BAD_INPUT
 from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw

@@ -13,7 +13,7 @@ from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run.law_process import LawProcess
 from mrs_simulator.verdict.derived.asking import FLYING, ideal_scenario
 from mrs_simulator.verdict.derived.law_probe import SCALES, Probe, facts_of

@@ -16,8 +16,8 @@ from mrs_simulator.core.writing import printing
 from mrs_simulator.protocols.consensus.mean_square import confidence, mean_square_rate, mean_squares
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.log_ticks import label_log
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment
 
 SEEDS = 200

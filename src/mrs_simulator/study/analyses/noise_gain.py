@@ -21,7 +21,7 @@ from mrs_simulator.protocols.consensus.noisy import CERTAIN, steady_variance
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment
 
 PROTOCOL = "noisy_consensus"

@@ -19,6 +19,7 @@ from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.check.check_protocol_text import (
     LIMITED,
     NOT_CLAIMS,
@@ -29,7 +30,6 @@ from mrs_simulator.study.check.check_protocol_text import (
 )
 from mrs_simulator.study.check.claim_mistakes import confirmed, mistaken
 from mrs_simulator.study.check.mutants import Mutated, mutants_of
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import judged
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles import Team

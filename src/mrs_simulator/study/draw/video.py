@@ -58,7 +58,7 @@ def write_video(arguments, run, control):
     """
     paths, stage = [], None
     if arguments.space:
-        from mrs_simulator.study.draw.film import Film, SpaceStage, write_picture
+        from mrs_simulator.study.draw.space_film import Film, SpaceStage, write_picture
 
         film = Film(run(), control(run()))
         paths = [write_picture(film, os.path.join(arguments.out, name)) for name in VIEWS]

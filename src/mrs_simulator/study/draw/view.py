@@ -6,8 +6,8 @@ import sys
 
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import LookError
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import read_run
 
 RATE = 20.0  # [Hz] of pictures in the window

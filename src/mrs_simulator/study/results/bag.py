@@ -34,7 +34,7 @@ from mrs_simulator.scenario.scenario import (
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.state.columns import ESTIMATE, SPATIAL, Z
 from mrs_simulator.state.state_table import StateTable, stacked
-from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.study.run.applied_scenario import what_ran
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import team_from_message
 from mrs_simulator.vehicles.team import on_axes

@@ -6,8 +6,8 @@ import os
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import FORMATS, LookError, add_width_and_style, look
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import control_of, read_run
 from mrs_simulator.study.results.stamp import stamp_of
 

@@ -21,9 +21,9 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import Look, add_look, look_of
 from mrs_simulator.study.draw.video import add_video, check_video, write_video
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.results.ro_crate import CRATE_FILE
 from mrs_simulator.study.results.stamp import stamp_of

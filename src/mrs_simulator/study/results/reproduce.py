@@ -9,8 +9,8 @@ from mrs_simulator.core import compiling
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import FORMATS, look
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.provenance import commit, processor, read_provenance
 from mrs_simulator.study.results.report import PROVENANCE_FILE
 from mrs_simulator.study.results.stamp import digest

@@ -13,10 +13,10 @@ from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.scenario import OVERRIDES, load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.figure_process import drawing
 from mrs_simulator.study.draw.style import add_look, look_of
 from mrs_simulator.study.draw.video import add_video, check_video, write_video
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.export import add_exports, check_exports, write_exports
 from mrs_simulator.verdict.verdict import add_require_verdict, exit_code, verdict_text
 

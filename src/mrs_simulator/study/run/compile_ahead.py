@@ -12,7 +12,7 @@ from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
-from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment
 
 

@@ -132,7 +132,7 @@ class StudyRun:
         ``space``: in three dimensions instead of from above.
         """
         from mrs_simulator.study.draw.animation import Animation
-        from mrs_simulator.study.draw.film import Film, SpaceStage
+        from mrs_simulator.study.draw.space_film import Film, SpaceStage
 
         def stage(run, inches):
             return SpaceStage(Film(run, self._control), inches)

@@ -12,8 +12,8 @@ from mrs_simulator.scenario.reading import load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import add_look, look_of
-from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search

@@ -39,7 +39,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin, displaced, wrap_angle
-from mrs_simulator.vehicles.drives.stand import Stand
+from mrs_simulator.vehicles.drives.wheel_stand import Stand
 
 AXES = ("linear.x", "angular.z")
 LIMIT_AXES = ("linear.x",)  # the turn rate follows from speed and steering angle

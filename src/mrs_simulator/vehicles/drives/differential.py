@@ -20,7 +20,7 @@ from mrs_simulator.core.kinematics import (
     wheel_speeds,
 )
 from mrs_simulator.scenario.reading import ScenarioError, shown
-from mrs_simulator.vehicles.drives.stand import Stand
+from mrs_simulator.vehicles.drives.wheel_stand import Stand
 
 AXES = ("linear.x", "angular.z")
 LIMIT_AXES = AXES  # that a kind's file gives limits of

@@ -18,7 +18,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, displaced
 from mrs_simulator.scenario.reading import ScenarioError, shown
-from mrs_simulator.vehicles.drives.stand import Stand
+from mrs_simulator.vehicles.drives.wheel_stand import Stand
 from mrs_simulator.vehicles.quantities import quantity
 
 AXES = ("linear.x", "linear.y", "angular.z")

@@ -22,7 +22,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import clip_commands, displaced
 from mrs_simulator.vehicles.drives import thrusters
-from mrs_simulator.vehicles.drives.following import remaining_error
+from mrs_simulator.vehicles.drives.velocity_lag import remaining_error
 from mrs_simulator.vehicles.drives.vessel_dynamics import (  # noqa: F401, of the drive too
     axis_velocity,
     begin,

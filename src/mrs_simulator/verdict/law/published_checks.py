@@ -3,10 +3,10 @@
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import OF_POINTS
-from mrs_simulator.control.safety.filter import FIXED_RATE, filter_acts
-from mrs_simulator.control.safety.sensed import SHARE
-from mrs_simulator.core.blocks import blocks
+from mrs_simulator.control.safety.filter_by_sensors import SHARE
+from mrs_simulator.control.safety.nearest_velocities import FIXED_RATE, filter_acts
 from mrs_simulator.core.claims import LAW, ROBOTS, Claim, NothingDecays
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import Listeners
 from mrs_simulator.protocols.published.robots import AT_LIMIT, are_stated, posed_commands

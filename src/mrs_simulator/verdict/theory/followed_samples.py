@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.blocks import blocks
+from mrs_simulator.core.sample_blocks import blocks
 
 SURE = 1e-7  # [m] that samples may be off in all, added up over the run: a tenth of the least tolerance
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command

@@ -11,7 +11,7 @@ from mrs_simulator.world.contact.flight_contact import FlightContacts
 from mrs_simulator.world.incidents.incident_detection import IncidentDetector, mended, not_finite
 from mrs_simulator.world.motion.forced import ForcedMotion
 from mrs_simulator.world.motion.kinematic import KinematicMotion
-from mrs_simulator.world.motion.weather import Weather
+from mrs_simulator.world.motion.wind_and_waves import Weather
 
 LANDED = np.array([np.inf, np.inf, 0.0])  # [m/s] that the ground lets a robot go along x, y, z
 

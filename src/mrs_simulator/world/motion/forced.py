@@ -9,7 +9,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world.incidents.incident_detection import IncidentDetector, mended, not_finite
 from mrs_simulator.world.motion.kinematic import KinematicMotion
-from mrs_simulator.world.motion.weather import Weather
+from mrs_simulator.world.motion.wind_and_waves import Weather
 
 
 class ForcedMotion(KinematicMotion):

@@ -16,7 +16,7 @@ from mrs_simulator.world.contact.broad_phase import BroadPhase
 from mrs_simulator.world.motion.dynamic import STANDING, STILL, DynamicMotion, seen_at_centre
 from mrs_simulator.world.motion.planar_body import PlanarBodies
 from mrs_simulator.world.motion.rolling import Wheels, rolled
-from mrs_simulator.world.motion.stances import Standing
+from mrs_simulator.world.motion.wheel_stances import Standing
 
 SUBSTEP, ITERATIONS = 1.0 / 240.0, 50  # [s], [-] of the solver, as pybullet has them untuned
 HELD = 10  # [-] steps that a robot is in the solver at least

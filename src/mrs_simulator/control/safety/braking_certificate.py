@@ -10,7 +10,7 @@ last passed command.
 import numpy as np
 
 from mrs_simulator.control.safety.distances import squash
-from mrs_simulator.control.safety.filter import Brakes
+from mrs_simulator.control.safety.nearest_velocities import Brakes
 from mrs_simulator.core.neighbours import close_pairs, least_distances, lengths
 from mrs_simulator.vehicles.courses import Courses
 

@@ -5,7 +5,7 @@ import numpy as np
 from mrs_simulator.core.claims import Condition
 from mrs_simulator.scenario.incidents import SATURATED
 from mrs_simulator.vehicles import Team
-from mrs_simulator.verdict.possible import first_jump, first_overlap
+from mrs_simulator.verdict.impossible_poses import first_jump, first_overlap
 
 
 def impossibilities(run):

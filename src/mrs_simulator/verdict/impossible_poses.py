@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mrs_simulator.core.blocks import blocks
 from mrs_simulator.core.neighbours import close_pairs, lengths
+from mrs_simulator.core.sample_blocks import blocks
 
 SLACK = 0.3  # [m] by which a robot may be farther than its top speed explains: pushes, noise
 MARGIN = 1.5  # [-] by which it may be faster

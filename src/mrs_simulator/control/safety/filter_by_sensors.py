@@ -6,7 +6,7 @@ keeps the bound of the pair (Wang, Ames and Egerstedt, 2017, of decentralised ba
 
 import numpy as np
 
-from mrs_simulator.control.safety.filter import FIXED_RATE, GAMMA
+from mrs_simulator.control.safety.nearest_velocities import FIXED_RATE, GAMMA
 from mrs_simulator.core.kinematics import cos_sin
 
 SHARE = 0.5  # [-] of what a pair may use up, which each of its robots takes

@@ -62,11 +62,8 @@ def test_the_loops_give_numpys_bits(name, dimension):
     compare(name, dimension, same, same, EXACT)
 
 
-# Those that call most of what there is; compiling takes long.
-SECOND = pytest.param("off_bearing", marks=pytest.mark.release)
-
-
-@pytest.mark.parametrize("name", ["alpha", SECOND])
+@pytest.mark.release  # compiling takes long
+@pytest.mark.parametrize("name", ["alpha", "off_bearing"])  # which call most of what there is
 def test_the_compiled_loops_do(name):
     pytest.importorskip("numba")
     compare(name, 2, jit(), jit(cache=True), LIBM if name == "alpha" else EXACT)

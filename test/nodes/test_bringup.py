@@ -115,13 +115,13 @@ def test_paced_by_the_clock_it_forms_too(ros, tmp_path):
     near = "--scenario", near_the_line(tmp_path)
     ros.node("stage", *near, "_speed:=10", "_lockstep:=false", "_wait_for_recorders:=1")
     ros.node("pioneer_control", *near, "_speed:=10", "_lockstep:=false")
-    record = ros.node("record", *near, "--duration", 24, "--out", tmp_path / "run")
+    record = ros.node("record", *near, "--duration", 16, "--out", tmp_path / "run")
     verdict = ros.judged(record, tmp_path / "run")
     begun = read_run_csv(str(tmp_path / "run" / "run.csv")).pose[0]
     assert np.ptp(begun[:, 1]) > 0.3  # not formed yet
     # On a busy machine its timing may be degraded, and nothing be judged.
     np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=0.05)
-    assert verdict["y_spread"] < 0.05 and verdict["ended"] == "complete"
+    assert verdict["y_spread"] < 0.1 and verdict["ended"] == "complete"
 
 
 @pytest.mark.release

@@ -1,6 +1,8 @@
 """Runs of the list, opened by mouse and keys: map, curves, time line and verdict show them."""
 
+import json
 import os
+import shutil
 
 import numpy as np
 import pytest
@@ -8,17 +10,20 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study, shown
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
+from PyQt5.QtGui import QDropEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.record.run_changes import Change, to_plain
 from mrs_simulator.rqt_plugin.run.loaded_run import history_of, mean_twist
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.run.experiment import run_experiment
 
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+NONE = Qt.NoModifier
 GAINS = 0.02, 0.05
 
 
@@ -77,7 +82,7 @@ def click(widget, row, in_box=False):
     runs = widget.shelf.list
     place = runs.visualRect(runs.runs.index(row))
     at = runs.itemDelegate().box(place).center() if in_box else place.center()
-    QTest.mouseClick(runs.viewport(), Qt.LeftButton, Qt.NoModifier, at)
+    QTest.mouseClick(runs.viewport(), Qt.LeftButton, NONE, at)
 
 
 def opened(widget, row):
@@ -187,6 +192,34 @@ def test_a_run_that_ends_while_another_is_being_saved_is_saved_after_it(study, r
     assert study.verdict.verdict is not None
     assert study.results.of_run() == os.path.dirname(verdict)
     assert not history.is_unsaved(0.1)
+
+
+def test_a_graph_that_changed_in_a_run_is_shown_as_of_the_moment(study, tmp_path):
+    scenario = load_scenario(scenario_path("consensus"))._replace(duration=4.0)
+    run_experiment(scenario, str(tmp_path), formats=())
+    facts, cut = json.loads((tmp_path / "run.json").read_text()), [[2, 1], [3, 2]]
+    change = Change(2.0, "topology", {"edges": cut, "directed": False})
+    (tmp_path / "run.json").write_text(json.dumps(dict(facts, changes=to_plain([change]))))
+    study.opened.open(str(tmp_path))
+    until(study, lambda: study.opened.run is not None)
+    for moment, wanted in ((1.0, scenario.topology.edges), (3.0, [(2, 1, 1.0), (3, 2, 1.0)])):
+        study.replay.cursor.go(moment)
+        frame(study)
+        assert sorted(study.map.edges.list) == sorted(wanted)
+
+
+def test_runs_and_folders_are_dropped_on_the_list(study, runs, tmp_path):
+    shutil.copytree(str(runs[0] / "runs" / "run0"), str(tmp_path / "alone"))
+    shutil.copytree(str(runs[0] / "runs" / "run1"), str(tmp_path / "others" / "a"))
+    data, urls = QMimeData(), [tmp_path / "alone" / "run.csv", tmp_path / "others"]
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in urls])
+    drop = QDropEvent(QPoint(5, 5), Qt.CopyAction, data, Qt.LeftButton, NONE)
+    study.shelf.list.dropEvent(drop)
+    until(study, lambda: len(study.shelf.list.runs.entries) == 4)
+    kept = study.study.shelf.settings()
+    assert kept["others"] == [str(tmp_path / "alone")]
+    assert kept["watched"] == [str(tmp_path / "others")]
+    study.study.shelf.change(others=[], watched=[])
 
 
 def test_a_broken_run_is_refused_in_words(study, tmp_path):

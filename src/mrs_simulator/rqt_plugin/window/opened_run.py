@@ -28,7 +28,7 @@ class OpenedRun:
         self._worker, self._asked = DebouncedWorker(0.0), ""
         self.run, self.source = None, None  # the ``LoadedRun`` that is shown, and its ``Source``
         self._own_verdict, self._begun = None, (None, 0)
-        self._row = -1  # of the sample whose targets are shown
+        self._row, self._graph = -1, None  # of the sample whose targets and graph are shown
         panels.time_line.close_asked.connect(guarded(self.close))
 
     @property
@@ -63,11 +63,15 @@ class OpenedRun:
             self.close()
 
     def show_frame(self):
-        """Show the targets of the moment that is shown."""
-        row = self._replay.cursor.row
-        if self.run is not None and self.run.targets is not None and row != self._row:
-            self._row = row
-            self._panels.map.show_targets(self.run.targets_at(row))
+        """Show targets and graph of the moment that is shown."""
+        row, run, shown = self._replay.cursor.row, self.run, self._panels.map
+        if run is None or row == self._row:
+            return
+        self._row, graph = row, run.graph_at(row)
+        shown.show_targets(run.targets_at(row))
+        if graph is not self._graph:
+            self._graph = graph
+            shown.show_topology(graph.edges, graph.directed)
 
     def _overtaken(self):
         shown = self._panels.map
@@ -88,7 +92,7 @@ class OpenedRun:
         panels = self._panels
         if self.run is None:
             self._own_verdict = panels.verdict.verdict
-        self._row = -1
+        self._row, self._graph = -1, None
         self.run, self._begun = run, (self._study.scenario, self._live.runs)
         panels.modes["look"].setChecked(True)
         self.source = source_of(run, "")
@@ -104,20 +108,19 @@ class OpenedRun:
         for trouble in run.troubles:
             panels.say("{}: {}".format(os.path.basename(run.path), trouble))
         self._replay.show_frame()
+        self.show_frame()
         panels.map.fit(whole=True)
 
     def _show_on_map(self, run):
-        """Show the team, the graph, the targets and the obstacles of ``run``."""
-        shown, scenario, facts = self._panels.map, run.scenario, run.facts
+        """Show the team and the obstacles of ``run``; graph and targets are those of a moment."""
+        shown, scenario = self._panels.map, run.scenario
         if scenario is None:
             shown.show_obstacles(())
         else:
             shown.show_kinds(Team.from_scenario(scenario).kinds)
             shown.show_obstacles(obstacles_of(scenario))
         shown.show_load(None if scenario is None else scenario.load)
-        edges = ((), True) if facts is None else (facts.topology.edges, facts.topology.directed)
-        shown.show_topology(*edges)
-        shown.show_targets(run.targets_at(len(run.history.time) - 1))
+        shown.show_topology(())
 
     def _judge(self, run):
         """Judge a run without a verdict in the background; a run of the shelf keeps its verdict."""

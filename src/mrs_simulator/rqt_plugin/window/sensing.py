@@ -57,7 +57,9 @@ class Sensing:
             connection.newest(name) if connection.is_fresh(name) else None
             for name in ("stage", "control")
         )
-        rows = status_rows(number, connection.snapshot(), stage, control)
+        shown = self._panels.map
+        state = shown.team.state if shown.is_past else connection.snapshot()
+        rows = status_rows(number, state, stage, control)
         own = parts_of(number, connection.diagnostics())
         return rows + [
             StatusRow(short(part.name), part.message, part.level, part.age, part_text(part))

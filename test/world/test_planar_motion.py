@@ -8,10 +8,12 @@ from mrs_simulator.core.kinematics import Limits, wrap_angle
 from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
+from mrs_simulator.world.motion import compiled_rolling
+from mrs_simulator.world.motion.compiled_rolling import carry_all, push_all
 from mrs_simulator.world.motion.dynamic import DynamicMotion
 from mrs_simulator.world.motion.planar import PlanarMotion
 from mrs_simulator.world.motion.planar_body import GRAVITY
-from mrs_simulator.world.motion.rolling import Wheels, loads, rolled
+from mrs_simulator.world.motion.rolling import Wheels, held_twists, loads, rolled
 from mrs_simulator.world.world import EVERY, World
 
 UNTUNED = {"substep": 1.0 / 240.0, "iterations": 50}
@@ -72,6 +74,24 @@ def test_who_brakes_harder_than_its_weight_holds_tips():
     # Its caster lifts from 0.05/0.1 g on: friction 0.6 gives more, 0.4 less.
     slides = driven(wheels(shift=0.5), (-9.0, -9.0), 0.1)
     assert slides[3] and not driven(wheels(friction=0.4), (-9.0, -9.0), 0.1)[3]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_compiled_wheels_roll_slide_and_tip_to_the_same_bits(compiled):
+    if compiled:
+        pytest.importorskip("numba")
+    loops = compiled_rolling.kernels() if compiled else (push_all, carry_all)
+    draw = np.random.default_rng(3)
+    for m in (1, 2, 7, 33):
+        robots = Wheels(*(each * draw.uniform(0.5, 2.0, m) for each in wheels(m, force=20.0)))
+        rims = draw.uniform(-1.5, 1.5, (2, m))
+        twist = held_twists(robots, rims)
+        twist[::2] += draw.uniform(-1.0, 1.0, twist[::2].shape)  # the others roll already
+        given = robots, draw.uniform(-3.0, 3.0, (m, 3)), twist, rims, 0.02, 5
+        told, again = rolled(*given), compiled_rolling.rolled_by(loops, *given)
+        assert all(np.array_equal(*each) for each in zip(told, again))
+    rolls = (told[1] == held_twists(robots, rims)).all(axis=1)
+    assert 0 < rolls.sum() < m and told[3].any()
 
 
 def test_loads_are_those_of_the_moments():

@@ -9,10 +9,12 @@ that it has and under the same motors; it comes back when nothing is near and it
 import numpy as np
 import pybullet
 
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
 from mrs_simulator.world.contact.broad_phase import BroadPhase
+from mrs_simulator.world.motion.compiled_rolling import compiled_rolled
 from mrs_simulator.world.motion.dynamic import STANDING, STILL, DynamicMotion, seen_at_centre
 from mrs_simulator.world.motion.planar_body import PlanarBodies
 from mrs_simulator.world.motion.rolling import Wheels, rolled
@@ -24,6 +26,7 @@ LEVEL = 0.01  # [rad] of tilt, and
 CALM = (
     0.05  # [m/s, rad/s] of bouncing, rolling and pitching, below which it stands on all its wheels
 )
+WORTH = 2000  # [-] steps that take numpy as long as numba takes to load
 QUICKER = 0.5  # [m/s] by which a robot may become faster in a step
 
 
@@ -144,7 +147,8 @@ class PlanarMotion(DynamicMotion):
             return
         rims = speeds[rows].T * self._radius[rows]
         own = pose[rows], twist[rows]
-        pose[rows], twist[rows], turned, tips = rolled(
+        move = same_bits(compiled_rolled, WORTH) or rolled
+        pose[rows], twist[rows], turned, tips = move(
             self._on_wheels, *own, rims, self.step, self._substeps
         )
         turned /= self._radius[rows]

@@ -58,11 +58,8 @@ def rolled(wheels, pose, twist, rims, step, substeps):
     which motors hold the rims, left and right.  Returns poses, twists, how far the rims turned, (2, m)
     [m], and which robots would tip, (m,) bool.
     """
-    duration = step / substeps
-    held = np.zeros_like(twist)
-    held[:, 0] = 0.5 * (rims[0] + rims[1])
-    held[:, 2] = 0.5 * (rims[1] - rims[0]) / wheels.half
-    p, q = _rolling_impulses(wheels, _at_mass(wheels, twist), _at_mass(wheels, held), duration)
+    duration, held = step / substeps, held_twists(wheels, rims)
+    p, q = _rolling_impulses(wheels, at_mass(wheels, twist), at_mass(wheels, held), duration)
     slides, tips = ~_within(wheels, p, q, duration), np.zeros(len(pose), dtype=bool)
     turned = step * rims
     after = displaced(pose, held, step)
@@ -76,10 +73,18 @@ def rolled(wheels, pose, twist, rims, step, substeps):
     return after, held, turned, tips
 
 
+def held_twists(wheels, rims):
+    """Return the twists (m, 3) of robots whose wheels roll at ``rims`` (2, m) [m/s]."""
+    held = np.zeros((rims.shape[1], 3))
+    held[:, 0] = 0.5 * (rims[0] + rims[1])
+    held[:, 2] = 0.5 * (rims[1] - rims[0]) / wheels.half
+    return held
+
+
 def _slid(wheels, pose, twist, held, rims, duration, substeps):
     """As ``rolled``, of robots some of whose wheels slide; ``held``: the twists of those that roll."""
-    held, velocity = _at_mass(wheels, held), _at_mass(wheels, twist)
-    place, theta = _mass_centre(wheels, pose), pose[:, 2]
+    held, velocity = at_mass(wheels, held), at_mass(wheels, twist)
+    place, theta = mass_centre(wheels, pose), pose[:, 2]
     turned, pushed = np.zeros_like(rims), np.zeros((2, len(pose)))
     for _ in range(substeps):
         p, q = _rolling_impulses(wheels, velocity, held, duration)
@@ -88,9 +93,7 @@ def _slid(wheels, pose, twist, held, rims, duration, substeps):
         if len(rows):  # mostly those whose wheels have just got another target speed
             own = _unpushed(free[rows], duration), rims[:, rows], p[:, rows], q[:, rows]
             velocity[rows], p[:, rows], q[:, rows] = _projected(wheels.of(rows), *own, duration)
-        # An arc where they roll; where they slide the velocity goes first, then the place.
-        way = theta + np.where(slides, 1.0, 0.5) * duration * velocity[:, 2]
-        cos, sin = cos_sin(way)
+        cos, sin = cos_sin(ways(theta, slides, velocity, duration))
         place[:, 0] += duration * (cos * velocity[:, 0] - sin * velocity[:, 1])
         place[:, 1] += duration * (sin * velocity[:, 0] + cos * velocity[:, 1])
         theta = theta + duration * velocity[:, 2]
@@ -98,28 +101,41 @@ def _slid(wheels, pose, twist, held, rims, duration, substeps):
         weak = np.abs(p) >= ROLLS * wheels.force * duration
         turned += duration * np.where(weak, ground, rims)
         pushed += np.stack([p[0] + p[1], q[0] + q[1]])
-    tips = _tips(wheels, *(pushed / (substeps * duration)))
+    pose, twist = of_axle(wheels, place, theta, velocity)
+    return pose, twist, turned, who_tips(wheels, *(pushed / (substeps * duration)))
+
+
+def ways(theta, slides, velocity, duration):
+    """Return the headings (m,) along which robots go in a substep.
+
+    On an arc where they roll; where they slide the velocity goes first, then the place.
+    """
+    return theta + np.where(slides, 1.0, 0.5) * duration * velocity[:, 2]
+
+
+def of_axle(wheels, place, theta, velocity):
+    """Return pose and twist (m, 3) of the axles' middles, of those of the centres of mass."""
     cos, sin = cos_sin(theta)
-    pose = np.empty_like(pose)
+    pose, twist = np.empty((len(theta), 3)), velocity.copy()
     pose[:, 0], pose[:, 1] = place[:, 0] - wheels.ahead * cos, place[:, 1] - wheels.ahead * sin
     pose[:, 2] = wrap_angle(theta)
-    twist = velocity.copy()
     twist[:, 1] -= wheels.ahead * velocity[:, 2]
-    return pose, twist, turned, tips
+    return pose, twist
 
 
 def _left_right(half):
     return np.stack([half, -half])
 
 
-def _at_mass(wheels, twist):
+def at_mass(wheels, twist):
     """Return the ``twist`` (m, 3) of the axles' middles as that of the centres of mass."""
     result = twist.copy()
     result[:, 1] += wheels.ahead * twist[:, 2]
     return result
 
 
-def _mass_centre(wheels, pose):
+def mass_centre(wheels, pose):
+    """Return the places (m, 2) of the centres of mass of robots at ``pose`` (m, 3)."""
     cos, sin = cos_sin(pose[:, 2])
     return np.column_stack([pose[:, 0] + wheels.ahead * cos, pose[:, 1] + wheels.ahead * sin])
 
@@ -153,7 +169,7 @@ def loads(wheels, ahead, aside):
     return result
 
 
-def _tips(wheels, ahead, aside):
+def who_tips(wheels, ahead, aside):
     """Return which robots, (m,) bool, cannot stand on all supports under forces (m,) of the ground [N]."""
     weight = GRAVITY * wheels.mass
     centre = -wheels.height * ahead / weight  # of pressure, from the centre of mass

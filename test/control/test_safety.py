@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
-from mrs_simulator.control.safety import filter as safety
+from mrs_simulator.control.safety import nearest_velocities as safety
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.nearest_velocities import margins, safe_velocities
 from mrs_simulator.scenario.scenario import scenario_from_dict

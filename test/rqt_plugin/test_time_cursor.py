@@ -14,6 +14,7 @@ from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
 from mrs_simulator.record.recording import Collision
+from mrs_simulator.record.run_changes import Change, to_plain
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 
@@ -157,6 +158,24 @@ def test_a_new_run_and_an_edit_are_shown_at_once(study):
     study.map.show_team(study.scenario.poses)
     frame(study)
     assert not study.replay.cursor.is_past
+
+
+def test_targets_and_graph_of_a_moment_are_those_of_the_law_then(study):
+    closed = dict(study.scenario.control.parameters, closure="cycle")
+    control = dict(study.scenario.to_dict()["control"], parameters=closed)
+    changes = to_plain([Change(10.0, "control", control)])
+    study.live.ran = study.scenario, {"changes": changes}
+    for moment, edges in ((15.0, 4), (5.0, 3)):
+        study.replay.cursor.go(moment)
+        for _ in range(500):
+            frame(study)
+            if len(study.map.edges.list) == edges and study.map.targets is not None:
+                break
+            QTest.qWait(10)
+        # Each robot but the last is to be 2 m beside the one that it receives from.
+        pose, targets = study.map.team.pose, study.map.targets
+        assert len(study.map.edges.list) == edges
+        np.testing.assert_allclose(targets[0], pose[1, :2] + (2.0, 0.0), atol=0.1)
 
 
 def check(name, **more):

@@ -234,6 +234,7 @@ class StudyWidget(StudyPanels):
         self.course.close()
         self.what_if.close()
         self.results.close()
+        self.replay.end()
         self.opened.end()
         self.comparison_control.end()
         self.shelf_control.close()

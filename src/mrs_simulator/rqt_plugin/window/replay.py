@@ -8,6 +8,7 @@ import numpy as np
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.replay.time_cursor import TimeCursor
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.window.past_law import PastLaw
 
 MOST_PASSED = 400  # [-] samples through which trails lead
 
@@ -19,14 +20,19 @@ class Replay:
         self.cursor = TimeCursor(history, panels)
         self._panels, self._study = panels, study
         self._history = self._own = history  # of the run shown, and that of the window
-        self._live = live
+        self._live, self._law = live, PastLaw(panels, study, history, live)
         self._shown, self._before = None, time.monotonic()
         panels.curves.time_chosen.connect(self._on_time)
         panels.verdict.row_chosen.connect(self._on_check)
 
+    def end(self):
+        """Ask nothing more of the law."""
+        self._law.forget()
+
     def show_run(self, history):
         """Show the run in ``history`` from now on, at any moment of it; None: the window's own."""
         self._history = history or self._own
+        self._law.forget()
         self._shown, self._live.is_held = None, not self.is_own
         self.cursor.take_history(self._history)
 
@@ -91,14 +97,18 @@ class Replay:
         """Show a moment of the window's own run, or let it go on."""
         if self._shown is not None and not self._panels.map.is_past:  # it shows an edit
             self._shown, self._live.is_held = None, False
+            self._law.forget()
             self.cursor.follow()
         if self.cursor.is_past:
             if self._shown is None and not self._targets_stand():
                 self._panels.map.show_targets(None)
             self._show(self.cursor.row)
+            self._law.ask(self.cursor.row)
         elif self._shown is not None:
             self._shown = None
             self.show_newest()
+            self._law.ask(len(self._own.time) - 1)
+        self._law.follow()
 
     def _show(self, row):
         key = float(self._history.time[row]), self._history.cleared

@@ -5,8 +5,9 @@ import pytest
 from flight_fixtures import crazyflie, tilts
 
 from mrs_simulator.core.spatial import headings
-from mrs_simulator.vehicles import kind
-from mrs_simulator.vehicles.drives import quadrotor, quadrotor_forces
+from mrs_simulator.vehicles import Team, kind
+from mrs_simulator.vehicles.drives import compiled_flight, quadrotor, quadrotor_forces
+from mrs_simulator.vehicles.drives.flight import at_rest
 from mrs_simulator.vehicles.drives.rotors import hover_speed
 from mrs_simulator.vehicles.limits import AxisLimits
 
@@ -209,3 +210,29 @@ def test_silence_hovers_first_and_lands_then():
     told = quadrotor.silent(np.array([0.1, 4.9, 5.1]), ONE)
     np.testing.assert_array_equal(told[:, 2], [0.0, 0.0, -0.3])
     assert not told[:, [0, 1, 3]].any()
+
+
+@pytest.mark.parametrize("kinds", [("crazyflie2",), ("crazyflie2", "ardrone2")])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
+    if compiled:
+        pytest.importorskip("numba")
+    loops = compiled_flight.compiled_fly() if compiled else compiled_flight.fly
+    (group,) = Team.of(4 * kinds, "firmware").groups
+    draw, m = np.random.default_rng(5), len(group.kinds)
+    place = np.abs(draw.uniform(-1.0, 1.0, (m, 3))) * [1.0, 1.0, 0.2]  # some come down
+    flight = at_rest(place, draw.uniform(-3.0, 3.0, m), hover_speed(group.numbers))
+    velocity, rates = (np.asfortranarray(draw.normal(size=(m, 3))) for _ in range(2))
+    flight = flight._replace(velocity=velocity, rates=5.0 * rates)
+    wanted, air = draw.uniform(-1.0, 1.0, (2, m, 3))
+    heading, turning = draw.uniform(-1.0, 1.0, (2, m))
+    told = []
+    for chosen in (None, loops):
+        monkeypatch.setattr(quadrotor_forces, "same_bits", lambda *_, chosen=chosen: chosen)
+        after = flight
+        for _ in range(10):
+            given = wanted, heading, turning, air, group.numbers, 0.018
+            after = quadrotor_forces.moved(after, *given)
+        told.append(after)
+    assert all(np.array_equal(*each) for each in zip(*told))
+    assert 0 < (told[0].place[:, 2] == 0.0).sum() < m

@@ -19,9 +19,11 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spatial import headings
 from mrs_simulator.vehicles.drives import quadrotor
+from mrs_simulator.vehicles.drives.compiled_flight import compiled_fly, flown_by
 from mrs_simulator.vehicles.drives.flight import Flight, acting, advanced, at_rest, upright_share
 from mrs_simulator.vehicles.drives.flight_control import (
     attitude_of,
@@ -36,6 +38,7 @@ PLACE_GAIN = 1.5  # [1/s] k_p, of place and height
 LEARNING = 0.5  # [1/s^2] k_i, of a place in wind
 STRONGEST = 1.0  # [m/s] greatest c, against windup where contacts hold a robot
 STILL_AIR = np.zeros(3)  # [m/s]
+WORTH = 600  # [-] steps that take numpy as long as numba takes to load
 AT_LIMIT = 0.99  # [-] of a rotor's greatest speed, from which on it is at its limit
 
 
@@ -170,7 +173,13 @@ def moved(flight, wanted, heading, turning, air, numbers, duration, working=None
     """
     count = max(1, int(np.ceil(duration / SUBSTEP - 1e-9)))
     step = duration / count
-    for index in range(count):
+    loops = None if working is not None or touch is not None else same_bits(compiled_fly, WORTH)
+    for index in range(0, count, VELOCITY_EVERY) if loops else ():
+        acceleration = wanted_acceleration(flight.velocity, wanted, numbers)
+        attitude = attitude_of(acceleration, heading + index * step * turning)
+        few = min(VELOCITY_EVERY, count - index), step
+        flight = flown_by(loops, *few, flight, acceleration, attitude, turning, air, numbers)
+    for index in range(0 if loops else count):
         if index % VELOCITY_EVERY == 0:
             acceleration = wanted_acceleration(flight.velocity, wanted, numbers)
             attitude = attitude_of(acceleration, heading + index * step * turning)

@@ -82,9 +82,13 @@ def lagged_speeds(speeds, wanted, numbers, duration):
 
     ``n' = (wanted - n)/lag``; without lag they are there at once.
     """
+    return (wanted.T + remaining_share(numbers, duration) * (speeds - wanted).T).T
+
+
+def remaining_share(numbers, duration):
+    """Return what is left of an error of rotor speeds after ``duration`` [s], a number or (m,) [-]."""
     lag = np.maximum(numbers.lag, 1e-3 * duration)  # of which nothing is left after the step
-    left = np.exp(-duration / lag)
-    return (wanted.T + left * (speeds - wanted).T).T
+    return np.exp(-duration / lag)
 
 
 def hover_speed(numbers, gravity=GRAVITY):

@@ -102,6 +102,22 @@ def _room_of_robots(scene):
     return np.concatenate([below, *(place + np.outer(reach, sign) for sign in signs)])
 
 
+def drawn_signs(scene, camera, width, height, palette=LIGHT):
+    """Return the ``Drawing`` of what lies over a picture of the bodies: edges, signs and numbers."""
+    view, place = View(camera, width, height, palette), scene.place
+    team = robots.seen_robots(view, scene.kinds, scene.state.pose, place, scene.turn, scene.shades)
+    layers = (
+        _plumb_lines(view, scene, place),
+        *_edges(view, scene, team),
+        _starts(view, scene),
+        _targets(view, scene),
+        robots.marks(team),
+        ground.unit(view),
+        robots.numbers(view, team, scene.state.robots) if scene.numbered else None,
+    )
+    return Drawing(view.width, view.height, None, tuple(each for each in layers if each))
+
+
 def drawn(scene, camera, width, height, palette=LIGHT):
     """Return the ``Drawing`` of ``scene`` seen by ``camera``, ``width`` by ``height`` [px]."""
     view, place, water = View(camera, width, height, palette), scene.place, scene.on_water

@@ -6,13 +6,14 @@ import numpy as np
 
 from mrs_simulator.pictures.camera import Camera, on_screen
 from mrs_simulator.pictures.palette import DARK, LIGHT
-from mrs_simulator.pictures.scene import drawn, framed
+from mrs_simulator.pictures.scene import drawn, drawn_signs, framed
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
+from mrs_simulator.rqt_plugin.view.graphics_card import graphics_card
 from mrs_simulator.rqt_plugin.view.painting import paint
 from mrs_simulator.rqt_plugin.widgets.colours import DARK as DARK_GROUND
-from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.guard import LOG, guarded
 
 TURN = 0.4  # [deg] of the camera for a pixel of the mouse
 ZOOM = 1.15  # [-] for a notch of the wheel
@@ -34,6 +35,7 @@ class Canvas(QWidget):
         self.camera, self.cost = Camera(yaw=20.0), 0.0  # [s] that the last picture took
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
         self._pressed = None  # where a click or drag began
+        self._card = graphics_card()
         self._untouched = True  # the camera is still the one that fit() chose
         self.setMinimumSize(160, 100)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
@@ -104,14 +106,28 @@ class Canvas(QWidget):
             look = DARK if dark else LIGHT
             painter.setRenderHint(QPainter.Antialiasing)
             painter.setFont(self.font())
-            paint(
-                painter,
-                drawn(self.scene, self.camera, self.width(), self.height(), look),
-                self._plates,
-            )
+            self._paint_scene(painter, look)
         finally:
             painter.end()  # even if the traceback of an error holds it for a while
             self.cost = time.perf_counter() - begun
+
+    def _paint_scene(self, painter, look):
+        """Paint the scene, its bodies by the graphics card where there is one."""
+        seen = self.scene, self.camera, self.width(), self.height(), look
+        if self._card is None or not self._card.suits(self.scene):
+            paint(painter, drawn(*seen), self._plates)
+            return
+        ratio = self.devicePixelRatioF()
+        size = [max(1, int(ratio * side)) for side in (self.width(), self.height())]
+        try:
+            image = self._card.picture(self.scene, self.camera, size, look)
+        except Exception as error:  # whatever drivers do, the painter is there
+            LOG.warning("the 3D view goes on without OpenGL: %s", error)
+            self._card = None
+            paint(painter, drawn(*seen), self._plates)
+            return
+        painter.drawImage(self.rect(), image)
+        paint(painter, drawn_signs(*seen), self._plates)
 
     @guarded
     def resizeEvent(self, event):

@@ -16,7 +16,9 @@ HALO = 2.5  # [px] around texts
 
 def paint(painter, drawing, plates):
     """Paint ``drawing`` from the painter's origin on; ``plates``: a dict that keeps pictures of texts."""
-    painter.fillRect(QRectF(0, 0, drawing.width, drawing.height), _colour((*drawing.ground, 1.0)))
+    if drawing.ground is not None:
+        area = QRectF(0, 0, drawing.width, drawing.height)
+        painter.fillRect(area, _colour((*drawing.ground, 1.0)))
     for layer in drawing.layers:
         draw_layer(painter, layer, plates)
 

@@ -1,0 +1,295 @@
+"""Draws a scene's bodies, ground and sky by OpenGL into a picture, where PyOpenGL and a driver are there.
+
+It draws off the screen: no widget has to become an OpenGL one, which would make its window anew.
+"""
+
+import ctypes
+
+import numpy as np
+
+from mrs_simulator.pictures.camera import FIELD_OF_VIEW
+from mrs_simulator.pictures.ground import ON_WATER, STRENGTH, step
+from mrs_simulator.pictures.instances import instances, triangles
+from mrs_simulator.pictures.view import View
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize
+from mrs_simulator.rqt_plugin.qt.QtGui import (
+    QOffscreenSurface,
+    QOpenGLContext,
+    QOpenGLFramebufferObject,
+    QOpenGLFramebufferObjectFormat,
+    QSurfaceFormat,
+)
+from mrs_simulator.rqt_plugin.view.shaders import (
+    BODY,
+    LIT,
+    PATH,
+    PLAIN,
+    RAY,
+    SURROUNDINGS,
+    WIDEN,
+)
+from mrs_simulator.rqt_plugin.widgets.guard import LOG
+from mrs_simulator.scenario.surroundings.obstacles import is_flat
+
+try:
+    from OpenGL import GL
+    from OpenGL.GL.shaders import compileProgram, compileShader
+except Exception:  # it may be missing, or fail to find the driver's library
+    GL = None
+
+VERSION = 3, 3  # of OpenGL
+SOFTWARE = (
+    "llvmpipe",
+    "softpipe",
+    "swrast",
+    "software",
+    "swiftshader",
+)  # of renderers without a card
+MOST_BY_SOFTWARE = 20  # [-] robots that those draw as soon as the painter
+SAMPLES = 4  # [-] of a pixel
+CORNER, INSTANCE = 10, 15  # [-] floats
+CORNER_PARTS = (3, 3, 3, 1)
+INSTANCE_PARTS = (4, 4, 4, 3)
+NEAREST, FARTHEST = 0.01, 300.0  # [-] of the camera's distance
+LINE = 2.0  # [px] of trails
+LIGHT_FROM = (-0.8, -0.3, 1.0)  # right, ahead over the ground, up
+LIFT = 0.01  # [m] of trails over the ground
+
+
+def graphics_card():
+    """Return a ``GraphicsCard``, None where there is no PyOpenGL, or no driver for OpenGL 3.3."""
+    if GL is None:
+        return None
+    try:
+        return GraphicsCard()
+    except Exception as error:  # whatever drivers do, the painter is there
+        LOG.info("3D without OpenGL: %s", error)
+        return None
+
+
+class GraphicsCard:
+    """A context of OpenGL 3.3 off the screen, with the meshes of what it has drawn."""
+
+    def __init__(self):
+        """Raise ``RuntimeError``, or what the driver raises, where it cannot draw."""
+        wanted = QSurfaceFormat()
+        wanted.setVersion(*VERSION)
+        wanted.setProfile(QSurfaceFormat.CoreProfile)
+        self._context, self._surface = QOpenGLContext(), QOffscreenSurface()
+        self._context.setFormat(wanted)
+        if not self._context.create() or self._context.format().version() < VERSION:
+            raise RuntimeError("no context of OpenGL {}.{}".format(*VERSION))
+        self._surface.setFormat(self._context.format())
+        self._surface.create()
+        self._begin()
+        self.renderer = GL.glGetString(GL.GL_RENDERER).decode()
+        self._is_software = any(word in self.renderer.lower() for word in SOFTWARE)
+        self._empty = GL.glGenVertexArrays(1)
+        GL.glBindVertexArray(self._empty)
+        ends = GL.GL_VERTEX_SHADER, GL.GL_FRAGMENT_SHADER
+        self._bodies = _program(zip((BODY, LIT), ends))
+        self._surroundings = _program(zip((RAY, SURROUNDINGS), ends))
+        self._paths = _program([(PATH, ends[0]), (WIDEN, GL.GL_GEOMETRY_SHADER), (PLAIN, ends[1])])
+        self._path_array, self._path_buffer = _array(((0, 3), (1, 4)), 7)
+        self._meshes, self._target = {}, None
+        self._end()
+
+    def _begin(self):
+        if not self._context.makeCurrent(self._surface):
+            raise RuntimeError("the context of OpenGL cannot be made current")
+
+    def _end(self):
+        self._context.doneCurrent()
+
+    def suits(self, scene):
+        """Return whether it draws all of the ``scene``, and as soon as the painter would."""
+        quick = not self._is_software or len(scene.kinds) <= MOST_BY_SOFTWARE
+        return quick and not any(map(is_flat, scene.obstacles))  # no land
+
+    def picture(self, scene, camera, size, palette):
+        """Return a ``QImage`` of ``size`` (width, height) [pixels] of a ``Scene`` as ``camera`` has it."""
+        self._begin()
+        try:
+            self._take_target(size)
+            self._draw(scene, View(camera, *size, palette))
+            self._target.release()
+            return self._target.toImage()
+        finally:
+            self._end()
+
+    def _take_target(self, size):
+        if self._target is None or self._target.size() != QSize(*size):
+            form = QOpenGLFramebufferObjectFormat()
+            form.setSamples(SAMPLES)
+            form.setAttachment(QOpenGLFramebufferObject.CombinedDepthStencil)
+            self._target = QOpenGLFramebufferObject(QSize(*size), form)
+        if not self._target.bind():
+            raise RuntimeError("no picture of {} x {} pixels".format(*size))
+        GL.glViewport(0, 0, *size)
+
+    def _draw(self, scene, view):
+        GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT)
+        self._draw_surroundings(scene, view)
+        GL.glEnable(GL.GL_DEPTH_TEST)
+        matrix, things = _matrix(view), list(instances(scene, view.palette.obstacle))
+        groups = self._uploaded(things)
+        GL.glUseProgram(self._bodies.name)
+        self._bodies.give(camera=matrix, light=_light(view), eye=view.eye, dark=view.palette.shadow)
+        self._draw_shadows(groups)
+        self._bodies.give(flat_share=0.0)
+        _draw_groups(groups)
+        self._draw_trails(scene, view, matrix)
+        GL.glDisable(GL.GL_DEPTH_TEST)
+        GL.glBindVertexArray(0)
+        GL.glUseProgram(0)
+
+    def _draw_surroundings(self, scene, view):
+        palette, water, wide = view.palette, scene.on_water, step(view)
+        half = np.tan(np.radians(0.5 * FIELD_OF_VIEW))
+        GL.glDisable(GL.GL_DEPTH_TEST)
+        GL.glUseProgram(self._surroundings.name)
+        self._surroundings.give(
+            axes=view.camera.axes.T, slope=(half * view.width / view.height, half), eye=view.eye,
+            ground=palette.water if water else palette.ground, sky=palette.sky,
+            lines=palette.lines, wide=wide, reach=3.0 * view.camera.distance,
+            strength=ON_WATER if water else STRENGTH,
+        )  # fmt: skip
+        GL.glBindVertexArray(self._empty)
+        GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+
+    def _draw_shadows(self, groups):
+        """Darken the ground once, however many bodies shade it."""
+        GL.glEnable(GL.GL_BLEND)
+        mixed = GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA
+        GL.glBlendFuncSeparate(*mixed, GL.GL_ZERO, GL.GL_ONE)  # the picture stays opaque
+        GL.glEnable(GL.GL_STENCIL_TEST)
+        GL.glStencilFunc(GL.GL_EQUAL, 0, 255)
+        GL.glStencilOp(GL.GL_KEEP, GL.GL_KEEP, GL.GL_INCR)
+        GL.glDepthMask(GL.GL_FALSE)
+        self._bodies.give(flat_share=1.0)
+        _draw_groups(groups)
+        GL.glDepthMask(GL.GL_TRUE)
+        GL.glDisable(GL.GL_STENCIL_TEST)
+        GL.glDisable(GL.GL_BLEND)
+
+    def _uploaded(self, things):
+        """Return (vertex array, corners, things) of each mesh, with the places of today's ``things``."""
+        groups = []
+        for each in things:
+            array, buffer, corners = self._mesh(each)
+            m = len(each.place)
+            rows = np.empty((m, INSTANCE), dtype=np.float32)
+            rows[:, :12].reshape(m, 3, 4)[:, :, :3] = each.turn
+            rows[:, :12].reshape(m, 3, 4)[:, :, 3] = each.place
+            rows[:, 12:] = each.shades
+            _upload(buffer, rows)
+            groups.append((array, corners, m))
+        return groups
+
+    def _mesh(self, thing):
+        """Return the vertex array, the buffer of places, and the number of corners of a thing's model."""
+        key = id(thing.model), tuple(thing.place[0]) if len(thing.place) == 1 else ()
+        if key not in self._meshes:
+            rows = triangles(thing.model, thing.has_nose)
+            array, corners = _array(tuple(enumerate(CORNER_PARTS)), CORNER)
+            _upload(corners, rows)
+            buffer = GL.glGenBuffers(1)
+            GL.glBindBuffer(GL.GL_ARRAY_BUFFER, buffer)
+            first = len(CORNER_PARTS)
+            _describe(tuple(enumerate(INSTANCE_PARTS, first)), INSTANCE)
+            for place in range(first, first + len(INSTANCE_PARTS)):
+                GL.glVertexAttribDivisor(place, 1)
+            self._meshes[key] = thing.model, array, buffer, len(rows)  # the model keeps its id
+        return self._meshes[key][1:]
+
+    def _draw_trails(self, scene, view, matrix):
+        pieces = []
+        for trail, shade in zip(scene.trails, np.asarray(scene.shades)):
+            if len(trail) > 1:
+                ends = np.repeat(trail, 2, axis=0)[1:-1] + (0.0, 0.0, LIFT)
+                pieces.append(np.column_stack([ends, np.tile((*shade, 1.0), (len(ends), 1))]))
+        if not pieces:
+            return
+        rows = np.concatenate(pieces).astype(np.float32)
+        GL.glUseProgram(self._paths.name)
+        pixel = 2.0 / view.width, 2.0 / view.height
+        self._paths.give(camera=matrix, pixel=pixel, wide=LINE)
+        GL.glBindVertexArray(self._path_array)
+        _upload(self._path_buffer, rows)
+        GL.glDrawArrays(GL.GL_LINES, 0, len(rows))
+
+
+class _Program:
+    """A linked program, with its uniforms by name."""
+
+    def __init__(self, name):
+        self.name, self._places = name, {}
+
+    def give(self, **values):
+        """Set uniforms; vectors are tuples or arrays, matrices are given row by row."""
+        setters = {0: GL.glUniform1f, 2: GL.glUniform2f, 3: GL.glUniform3f}
+        for key, value in values.items():
+            if key not in self._places:
+                self._places[key] = GL.glGetUniformLocation(self.name, key)
+            place, value = self._places[key], np.asarray(value, dtype=np.float32)
+            if value.ndim == 2:
+                setter = GL.glUniformMatrix4fv if len(value) == 4 else GL.glUniformMatrix3fv
+                setter(place, 1, GL.GL_TRUE, np.ascontiguousarray(value))
+            else:
+                setters[value.size if value.ndim else 0](place, *np.atleast_1d(value).tolist())
+
+
+def _program(parts):
+    """Return the ``_Program`` of ``parts``: a text and the kind of shader each."""
+    shaders = [compileShader(*part) for part in parts]
+    return _Program(int(compileProgram(*shaders, validate=False)))
+
+
+def _array(parts, width):
+    """Return a vertex array and its buffer; ``parts``: (location, floats) of a row of ``width`` floats."""
+    array, buffer = GL.glGenVertexArrays(1), GL.glGenBuffers(1)
+    GL.glBindVertexArray(array)
+    GL.glBindBuffer(GL.GL_ARRAY_BUFFER, buffer)
+    _describe(parts, width)
+    return array, buffer
+
+
+def _describe(parts, width):
+    begin = 0
+    for place, count in parts:
+        GL.glEnableVertexAttribArray(place)
+        where = ctypes.c_void_p(4 * begin)
+        GL.glVertexAttribPointer(place, count, GL.GL_FLOAT, GL.GL_FALSE, 4 * width, where)
+        begin += count
+
+
+def _upload(buffer, rows):
+    GL.glBindBuffer(GL.GL_ARRAY_BUFFER, buffer)
+    GL.glBufferData(GL.GL_ARRAY_BUFFER, rows.nbytes, rows, GL.GL_STREAM_DRAW)
+
+
+def _draw_groups(groups):
+    for array, corners, count in groups:
+        GL.glBindVertexArray(array)
+        GL.glDrawArraysInstanced(GL.GL_TRIANGLES, 0, corners, count)
+
+
+def _light(view):
+    """Return the direction (3,) that the light comes from: shadows fall to the right in the picture."""
+    right = view.camera.axes[0]
+    ahead = np.array([-right[1], right[0], 0.0])
+    light = LIGHT_FROM[0] * right + LIGHT_FROM[1] * ahead + (0.0, 0.0, LIGHT_FROM[2])
+    return light / np.linalg.norm(light)
+
+
+def _matrix(view):
+    """Return the matrix (4, 4) from the common frame to the clip space of OpenGL."""
+    axes, half = view.camera.axes * [[1.0], [1.0], [-1.0]], np.tan(np.radians(0.5 * FIELD_OF_VIEW))
+    seen = np.eye(4)
+    seen[:3, :3], seen[:3, 3] = axes, -axes @ view.eye
+    near, far = (share * max(view.camera.distance, 1.0) for share in (NEAREST, FARTHEST))
+    clip = np.zeros((4, 4))
+    clip[0, 0], clip[1, 1] = view.height / (half * view.width), 1.0 / half
+    clip[2, 2:] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    clip[3, 2] = -1.0
+    return clip @ seen

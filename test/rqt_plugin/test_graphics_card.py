@@ -1,0 +1,83 @@
+"""The bodies of a scene as triangles, and the 3D view with and without OpenGL."""
+
+import os
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+from PyQt5.QtGui import QColor, QImage
+from PyQt5.QtWidgets import QApplication
+
+from mrs_simulator.pictures.instances import NOSE, instances, triangles
+from mrs_simulator.pictures.scene import Scene
+from mrs_simulator.pictures.solids import kind_model
+from mrs_simulator.rqt_plugin.map.team import resting
+from mrs_simulator.rqt_plugin.view.canvas import Canvas
+from mrs_simulator.scenario.surroundings.obstacles import Box
+from mrs_simulator.vehicles import kind
+
+APP = QApplication.instance() or QApplication([])
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+POSES = np.array([[0.0, 0.0, 0.5 * np.pi], [3.0, 1.0, 0.0], [np.nan, 0.0, 0.0]])
+
+
+def scene(**parts):
+    kinds = (kind("pioneer3dx"),) * 3
+    shades = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    return Scene(kinds, resting((1, 2, 3), POSES), shades)._replace(**parts)
+
+
+def test_triangles_cover_each_face_and_face_outwards():
+    model = kind_model(kind("pioneer3dx"))
+    rows = triangles(model, with_nose=False)
+    assert len(rows) == 3 * int((model.counts - 2).sum())
+    corners, normals = rows[:, :3].reshape(-1, 3, 3), rows[::3, 3:6]
+    turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("td,td->t", turned, normals) > 0.0).all()
+    assert (triangles(model, with_nose=True)[len(rows) :, 9] == NOSE).all()
+
+
+def test_robots_of_known_pose_and_obstacles_are_placed():
+    crate = Box(name="crate", x=5.0, y=2.0, length=0.5, width=0.5, height=0.4, yaw=0.0)
+    team, box = instances(scene(obstacles=(crate,)), (0.7, 0.6, 0.5))
+    assert team.place.tolist() == [[0.0, 0.0, 0.0], [3.0, 1.0, 0.0]] and team.has_nose
+    assert team.turn[0] @ (1.0, 0.0, 0.0) == pytest.approx([0.0, 1.0, 0.0])
+    assert box.place.tolist() == [[5.0, 2.0, 0.0]] and box.shades.tolist() == [[0.7, 0.6, 0.5]]
+
+
+class Card:
+    """In place of a ``GraphicsCard``: pictures of one colour."""
+
+    def __init__(self, wrong=False):
+        self.wrong, self.sizes = wrong, []
+
+    def suits(self, scene):
+        return not scene.edges
+
+    def picture(self, _scene, _camera, size, _palette):
+        if self.wrong:
+            raise RuntimeError("the driver is gone")
+        self.sizes.append(tuple(size))
+        image = QImage(*size, QImage.Format_RGB32)
+        image.fill(QColor("#123456"))
+        return image
+
+
+def corner_of(canvas):
+    return canvas.grab().toImage().pixelColor(1, 1).name()
+
+
+def test_the_view_takes_the_cards_picture_and_paints_where_there_is_none():
+    canvas = Canvas()
+    canvas.resize(300, 200)
+    canvas._card = None
+    canvas.show_scene(scene(numbered=False))
+    painted = corner_of(canvas)
+    canvas._card = Card()
+    assert corner_of(canvas) == "#123456" and canvas._card.sizes == [(300, 200)]
+    canvas.show_scene(scene(numbered=False, edges=[(0, 1, 1.0)]))  # what it does not suit
+    assert corner_of(canvas) == painted
+    canvas.show_scene(scene(numbered=False))
+    canvas._card = Card(wrong=True)
+    assert corner_of(canvas) == painted and canvas._card is None

@@ -88,7 +88,7 @@ class Balance(NamedTuple):
         return self._replace(rows=rows, measured=measured, predicted=self.predicted[kept]).anew()
 
     def anew(self):
-        """Return it with the prediction begun at its first sample."""
+        """Return this curve with a prediction that begins at its first sample."""
         if not len(self.rows):
             return self
         off = self.measured[0] - self.predicted[0]

@@ -142,7 +142,7 @@ class Draws:
         return self
 
     def noisy(self, values, quantity=""):
-        """Return ``values`` (m, ...) as they are measured; those that are lost are nan."""
+        """Return ``values`` (m, ...) as measured; lost ones are NaN."""
         noise = self._noise.get(quantity, NOISELESS)
         if noise[:-1] == NOISELESS[:-1]:
             return values

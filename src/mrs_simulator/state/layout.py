@@ -29,14 +29,14 @@ class Layout(NamedTuple):
 
     @classmethod
     def of_team(cls, team, is_there, kinds=()):
-        """Return that of a recording of ``team``; ``is_there(column)``: whether its columns are."""
+        """Return the layout of a recording of ``team``; ``is_there(column)``: whether it has a column."""
         counts = ((each, is_there(each) and each.of(team)) for each in RECORDED)
         widths = [(each.name, each.width(count)) for each, count in counts if count]
         return cls(tuple(widths), team.axes, kinds)
 
     @classmethod
     def of_state(cls, state, columns):
-        """Return that of those of ``columns`` that ``state``, at one time, has."""
+        """Return the layout of the ``columns`` that ``state``, at one time, has."""
         there = [each for each in columns if state.has(each)]
         shapes = [state[each].shape[each.rank :] for each in there]
         widths = [(each.name, *(shape or (1,))) for each, shape in zip(there, shapes)]

@@ -180,7 +180,7 @@ def _unfit(run):
 
 
 def _unrecorded(run):
-    """Return that estimates of poses are not in the record, in words, or ""."""
+    """Return a text where the record lacks estimates of poses, else ""."""
     estimated = run.scenario is not None and run.scenario.estimates is not None
     return UNRECORDED if estimated and run.estimate is None else ""
 
@@ -432,7 +432,7 @@ def _resumed(control, run, row, theory):
 
 
 def checked_claims(claims, run, faults):
-    """Return those of ``claims`` that can be judged, with plain values; the others go to ``faults``."""
+    """Return the ``claims`` that can be judged, with plain values; others are added to ``faults``."""
     kept, wrong = [], []
     for claim in claims:
         try:

@@ -182,7 +182,7 @@ class Rows(NamedTuple):
         return both
 
     def part(self, kept):
-        """Return those that are ``kept`` (m,) bool."""
+        """Return the constraints for which ``kept`` (m,) is True."""
         alone = int(np.count_nonzero(kept[len(kept) - self.alone :]))
         return Rows(*(column[kept] for column in self[:5]), alone)
 

@@ -131,7 +131,7 @@ class Carrying(Tracking, PioneerControl):
         return self.gain * np.eye(len(self.numbers)) + self.coupling * self.topology.laplacian()
 
     def claims(self, start):
-        """Return that the load follows its path, and that internal forces are as predicted and end."""
+        """Return claims: the load follows its path; internal forces are as predicted and vanish."""
         greatest = float(np.abs(np.linalg.eigvals(self.error_matrix())).max())
         conditions = [
             attracting(self.gain),

@@ -105,7 +105,7 @@ class EventTriggeredConsensus(Remembering):
         ]
 
     def _broadcast_claims(self):
-        """Return that as many broadcasts are made as under the published rule, of points."""
+        """Return the claim that robots broadcast as often as points do under the published rule."""
         if self.fidelity != "point_mass":
             return []
 

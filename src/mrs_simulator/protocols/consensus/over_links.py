@@ -222,7 +222,7 @@ def _chance_claims(law, start, conditions):
 
 
 def _agreement_claims(law, start):
-    """Return that robots agree within the box of their starts: none ever goes beyond what it received."""
+    """Return claims: robots agree within the box of their starts, since none leaves what it received."""
     errors, spread = start - law.places, _from_places(extent, law)
     low, high = errors.min(axis=0), errors.max(axis=0)
 
@@ -238,7 +238,7 @@ def _agreement_claims(law, start):
 
 
 def _mean_claims(law, start):
-    """Return that the mean stays, where whatever one robot feels its neighbour feels the other way."""
+    """Return the claim that the mean stays, where neighbours act on each other equally and oppositely."""
     alike = law.links.symmetric and law.links.on_loss == "drop"
     alike = alike or "lossy" not in law.links.faults
     if law.topology.directed or not alike or law.delays.any():

@@ -122,7 +122,7 @@ class Exploration(PioneerControl):
         return np.unravel_index(np.argmin(self._goals[row][1]), self._seen.shape)
 
     def _waits(self, hand, u):
-        """Return which robots (n,) bool wait: those that head for one near them with a lower number.
+        """Return which robots wait, (n,) bool: those heading for a nearby robot of a lower number.
 
         Or for one that waits for a lower number than theirs: so none wait in a circle.
         """
@@ -156,7 +156,7 @@ class Exploration(PioneerControl):
     # What the verdict measures -------------------------------------------------------------------
 
     def claims(self, start):
-        """Return that the floor which robots can get to is seen."""
+        """Return the claim that all floor that robots can reach is seen."""
         walls = Condition("a floor", bool(self.obstacles), "nothing stands in the scene")
         if not walls.holds:
             return [walls]

@@ -147,7 +147,7 @@ class Flocking(DoubleIntegrator):
         return flock_energy(self, start.mean(axis=0), leader)
 
     def claims(self, start):
-        """Return that energy falls, velocities agree on the leader's, and the flock stays near it."""
+        """Return claims: energy falls, velocities converge to the leader's, the flock stays near it."""
         gains = {name: getattr(self, name) for name in ("alignment", "c1", "c2")}
         wrong = ", ".join(name for name, gain in gains.items() if gain <= 0.0)
         conditions = [Condition("gains above 0", not wrong, wrong + " is not")]

@@ -192,14 +192,14 @@ class Rendezvous(PioneerControl):
         )
 
     def graph_at(self, start, hand):
-        """Return those edges of the start that are shorter than D still."""
+        """Return the edges of the start that are still shorter than D."""
         pairs = gathering_equations.pairs_within(start, self.radius)
         first, second = pairs.T
         whole = np.linalg.norm(hand[first] - hand[second], axis=1) < self.radius
         return self._edges(pairs[whole])
 
     def claims(self, start):
-        """Return that edges of the start stay below D, tension falls, and all meet in the mean."""
+        """Return claims: edges of the start stay below D, tension falls, all meet in the mean."""
         pairs = gathering_equations.pairs_within(start, self.radius)
         edges = self._edges(pairs)
         step = (
@@ -459,7 +459,7 @@ class Coverage(PioneerControl):
         return coverage_energy(self._samples, self._density, self.gain)
 
     def claims(self, start):
-        """Return that the cost never grows and that each robot ends at its centroid."""
+        """Return claims: the cost never grows; each robot ends at its centroid."""
         conditions = [
             attracting(self.gain, "robots are driven away"),
             Condition(

@@ -180,7 +180,7 @@ class Marching(Tracking, Shaped):
         return error_energy(matrix / self.gain, self.gain, error, moving=True)
 
     def claims(self, start):
-        """Return that no steady error is left, or without feed-forward the one that is."""
+        """Return the claim on the steady error: none, or without feed-forward its known value."""
         conditions = [
             attracting(self.gain),
             below(
@@ -374,7 +374,7 @@ class LeaderFollower(Shaped):
     # What theory says of a run -------------------------------------------------------------------
 
     def claims(self, start):
-        """Return that separation and bearing are reached, at the rates k1 and k2."""
+        """Return claims: separation and bearing are reached, at the rates k1 and k2."""
         in_degree = np.bincount(self.topology.arcs[0], minlength=self.topology.n)
         largest = max(self.k1, self.k2) * self.period
         conditions = [

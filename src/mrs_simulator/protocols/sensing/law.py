@@ -139,7 +139,7 @@ class LimitedVisibility(Sensing):
         return first[near], second[near]
 
     def claims(self, start):
-        """Return that who sees each other at the start stays in view, and that all meet."""
+        """Return claims: robots in view of each other at the start stay so, and all meet."""
         first, second = self._pairs(start)
         conditions = [
             Condition(

@@ -281,7 +281,7 @@ class DistanceFormation(Shaped):
         return length_energy(self.topology, self.places(), self.gain)
 
     def claims(self, start):
-        """Return that the potential falls, the centroid stays and lengths are reached at their rate."""
+        """Return claims: the potential falls, the centroid stays, lengths are reached at their rate."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
         values = np.linalg.eigvalsh(laws.distance_hessian(places, topology))
         conditions = [
@@ -372,7 +372,7 @@ class BearingFormation(Shaped):
         return bearing_energy(self.topology, goal, self.gain)
 
     def claims(self, start):
-        """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
+        """Return claims: bearings are reached at their rate; centroid and scale stay."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
         spread = bool(laws.scale(start) > NEGLIGIBLE)
         apart = Condition("robots begin apart", spread, "no bearing leads out of one place")
@@ -472,7 +472,7 @@ class BearingLeaders(LinearErrors, Shaped):
         return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
 
     def claims(self, start):
-        """Return that the unique target is reached, at the rate of ``B_ff``, with its bearings."""
+        """Return claims: the unique target and its bearings are reached, at the rate of ``B_ff``."""
         conditions = [self._unique()]
         if not all_hold(conditions):
             return conditions

@@ -90,7 +90,7 @@ class Trajectory(Tracking, Shaped):
         return self.gain * np.eye(len(self.numbers))
 
     def claims(self, start):
-        """Return that the error stays below its bound and ends, and at which rate it decays."""
+        """Return claims: the error stays below its bound and vanishes, at a known rate."""
         step = 2.0 / self.gain if self.gain > 0.0 else math.inf
         conditions = [
             attracting(self.gain),

@@ -41,7 +41,7 @@ class ExpectedOdometry:
         self._periods[:, rows] = np.where(last == 0, period, last), period
 
     def missing(self, rows, now):
-        """Return those of ``rows`` whose newer odometry is due by ``now`` [s] and has not come, (m,)."""
+        """Return the ``rows`` whose next odometry was due by ``now`` [s] and has not arrived, (m,)."""
         rows = np.asarray(rows, dtype=int)
         stamps = self._stamps[rows]
         age = now - 1e-9 * stamps

@@ -81,7 +81,7 @@ class Inbox(Received):
                 self._samples.append(message)
 
     def add(self, message, name):
-        """Keep one more ``message`` of those that are ``QUEUED`` as ``name``."""
+        """Append a ``message`` to the queue ``name``, one of ``QUEUED``."""
         self._queues[name].append(message)
 
     def begin_run(self):

@@ -105,7 +105,7 @@ class StudyRun:
         return self.stage.set_team()
 
     def note_timing(self):
-        """Take in how many command periods were missed; return that the timing is degraded, or ""."""
+        """Count missed command periods; return a text where the timing is degraded, else ""."""
         stage = self.connection.newest("stage")
         if stage is not None and self.is_controlled():
             self.missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)

@@ -7,7 +7,7 @@ TOGETHER = 0.5  # [s] of wall time between changes of poses that are one edit, s
 
 
 class Undo:
-    """The scenarios before each edit, and those that were undone."""
+    """The scenarios before each edit, and the edits that were undone."""
 
     def __init__(self):
         self.clear()

@@ -54,7 +54,7 @@ class TeamModel(QAbstractTableModel):
                 self.dataChanged.emit(self.index(0, 1), last)
 
     def longest_texts(self, column, level):
-        """Return those texts of a column that may be the widest, with the decimals of ``level``."""
+        """Return the texts of a column that may be the widest, with the decimals of ``level``."""
         if column == KIND:
             return {kind_name(kind) for kind in self.kinds}
         rows = range(len(self.poses))

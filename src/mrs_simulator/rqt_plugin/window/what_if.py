@@ -239,7 +239,7 @@ class WhatIf:
         self._study.connection.do(KEEP, work)
 
     def kept(self, success, answer):
-        """Take the answer of the request ``KEEP``; return that it needs no other words."""
+        """Take the answer to the request ``KEEP``; return True, since nothing more is to be said."""
         bar = self._panels.map_panel.ahead
         if success:
             self._panels.say("kept in {}".format(answer))

@@ -92,7 +92,7 @@ class Estimator:
                 self._take_measured(name, rows)
 
     def _take_measured(self, name, readings):
-        """Set poses to those that the sensor ``name`` measured; where values are lost, poses stay."""
+        """Set poses to the measurements of the sensor ``name``; where values are lost, poses stay."""
         rows, measured = self._values(name, readings)
         kept = np.isfinite(measured).all(axis=1)
         pose = self.filter.pose.copy()

@@ -48,7 +48,7 @@ class BeaconReading(NamedTuple):
         )
 
     def text(self):
-        """Return those that are received, with their units."""
+        """Return the beacons received, with units."""
         return listed_text("beacon", self)
 
 

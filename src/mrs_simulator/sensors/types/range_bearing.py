@@ -40,7 +40,7 @@ class RangeBearingReading(NamedTuple):
         return RangeBearingReading(self.stamp, self.numbers[seen], ranges, bearings, self.place)
 
     def text(self):
-        """Return those that are seen, with their units."""
+        """Return the robots seen, with units."""
         return listed_text("robot", self)
 
     @property

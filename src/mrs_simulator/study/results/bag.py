@@ -130,7 +130,7 @@ def _meta(command, collisions_unknown, degraded):
 
 
 def _degraded(bag, topics, time):
-    """Return that the timing between the first and the last of ``time`` (m,) was degraded, or ""."""
+    """Return a text where the timing between the ends of ``time`` (m,) was degraded, else ""."""
     missed = MissedPeriods()
     # Bags of earlier versions have no status, or one that does not count the periods.
     if len(time) and STATUS in topics:

@@ -194,7 +194,7 @@ def read_run(path, scenario_file=None):
 
 
 def _missing(path):
-    """Return that there is no run at ``path``, and the nearest one in the nearest directory that exists."""
+    """Return the message that ``path`` has no run, with the nearest one in the nearest directory."""
     above, name = os.path.split(os.path.normpath(path))
     if os.path.splitext(name)[1] in RUN_ENDINGS and not os.path.isdir(above or "."):
         above, name = os.path.split(above)  # of the run's directory, not of its file

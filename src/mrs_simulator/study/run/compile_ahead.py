@@ -17,7 +17,7 @@ from mrs_simulator.study.run.experiment import Experiment
 
 
 def compile_ahead(names):
-    """Compile for the scenarios ``names``; return those of which that is possible."""
+    """Compile for the scenarios ``names``; return the names of those that can be compiled."""
     return [name for name in names if _compile(load_scenario(scenario_path(name)))]
 
 

@@ -27,7 +27,7 @@ class Prism(NamedTuple):
         return middle, far + self.radius
 
     def at(self, times):
-        """Return it at some of the times."""
+        """Return the prism at the ``times``, rows of its arrays."""
         return Prism(self.corners[times], self.radius, self.low[times], self.high[times])
 
 

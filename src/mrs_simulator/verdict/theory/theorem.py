@@ -106,7 +106,7 @@ class Points:
         return Answer(None, OPEN.format(self.WHO, text))
 
     def _false(self, claim, share, last):
-        """Return that ``claim`` is false, as ``last`` shows, or why that is not known."""
+        """Return the ``Answer`` that ``claim`` is false, as ``last`` shows, or that this is not known."""
         beside = np.zeros(self.run.hand.shape[1:])
         beside[:, 0] = NUDGE * (-1.0) ** np.arange(len(beside))
         nudged = self._for(share, beside)

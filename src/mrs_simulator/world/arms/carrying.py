@@ -47,7 +47,7 @@ class CarriedLoad:
         return LoadState(place, turn, force)
 
     def update(self, points):
-        """Let the robots' tools be at ``points`` (n, 3) [m]; return the rows of those that let go.
+        """Move the robots' tools to ``points`` (n, 3) [m]; return the rows of robots that let go.
 
         The robot whose grip would have to hold more than it can, and the most, lets go; where those left
         are fewer than three, or on a line, the load falls.

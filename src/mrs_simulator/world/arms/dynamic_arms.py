@@ -202,7 +202,7 @@ class HangingLoad(CarriedLoad):
         self._forces.append(force)
 
     def update(self, points):
-        """Take in how the grips pulled in the last step; return the rows of those that let go."""
+        """Evaluate the grips' forces of the last step; return the rows of robots that let go."""
         place, turn = pybullet.getBasePositionAndOrientation(self._body, **self._client)
         force = np.mean(self._forces, axis=0) if self._forces else np.zeros_like(self.grasps)
         self._forces = []

@@ -97,7 +97,7 @@ class Rectangles(NamedTuple):
     half: np.ndarray
 
     def of(self, rows):
-        """Return those in ``rows``."""
+        """Return the rectangles in ``rows``."""
         half = self.half if self.half.ndim == 1 else self.half[rows]
         return Rectangles(_taken(self.middle, rows), _taken(self.axis, rows), half)
 

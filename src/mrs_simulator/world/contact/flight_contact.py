@@ -36,7 +36,7 @@ class FlightContacts:
     """The m robots of a drive that flies, and the solver for those within reach of something."""
 
     def __init__(self, kinds, names, obstacles, free):
-        """``kinds`` and ``names`` of the robots; ``free`` (m,) bool: those that this moves."""
+        """``kinds`` and ``names`` of the robots; ``free`` (m,) bool: robots moved here."""
         self._kinds, self._names, self._free = kinds, names, np.array(free)
         self._tall = np.array([kind.body.height for kind in kinds])
         self._reach = np.hypot([kind.body.reach for kind in kinds], 0.5 * self._tall)

@@ -141,7 +141,7 @@ class PlanarMotion(DynamicMotion):
         return super()._rates(index, group)
 
     def _roll(self, speeds, pose, twist):
-        """Move those that roll in the plane, in place; those that tip are left to the solver."""
+        """Move robots that roll in the plane, in place; tipping ones are left to the solver."""
         rows = self._rolling
         if not len(rows):
             return
@@ -158,7 +158,7 @@ class PlanarMotion(DynamicMotion):
         self._angles[rows] += turned.T
 
     def _slide(self, forces, pose, twist):
-        """Move those that wheel ``forces`` push in the plane, in place."""
+        """Move robots pushed by wheel ``forces`` in the plane, in place."""
         rows, duration = forces.rows, self.step / self._substeps
         ahead = self._centre[rows]
         cos, sin = cos_sin(pose[rows, 2])
@@ -214,7 +214,7 @@ class PlanarMotion(DynamicMotion):
     # Who is in the solver ------------------------------------------------------------------------
 
     def _choose(self):
-        """Put robots into the solver that may touch something, and take out those that stand free."""
+        """Put robots that may touch something into the solver, and take free ones out."""
         before = np.zeros(self.team.n, dtype=bool)
         solved = list(self._bodies)
         before[solved] = True

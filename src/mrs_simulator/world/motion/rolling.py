@@ -47,7 +47,7 @@ class Wheels(NamedTuple):
     force: np.ndarray  # [N] of a motor at its rim, at most
 
     def of(self, rows):
-        """Return those in ``rows``."""
+        """Return the same of the robots in ``rows``."""
         return Wheels(*(column[rows] for column in self))
 
 

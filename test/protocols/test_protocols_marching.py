@@ -247,7 +247,7 @@ def test_a_broken_march_fails(tmp_path, name, protocol):
 def test_a_follower_whose_edge_is_down_half_the_time_lags_twice_as_far(tmp_path):
     edges = [[i, i + 1] for i in range(1, 5)]
     links = {"switching": {"graphs": [edges, []], "dwell": 0.02}}
-    verdict = verdict_of(shipped("marching_lag", duration=80.0, links=links), tmp_path)
+    verdict = verdict_of(shipped("marching_lag", duration=40.0, links=links), tmp_path)
     lag = check(verdict, "lag of robot 1 [m]")
     assert lag["measured"] == pytest.approx(2.0 * lag["predicted"], rel=0.01)
 

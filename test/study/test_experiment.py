@@ -249,7 +249,7 @@ class Leaves(PioneerControl):
 
 
 def test_a_law_that_fails_at_once_is_reported_too(tmp_path):
-    verdict = run_experiment(shipped("paper_four"), str(tmp_path), Leaves)
+    verdict = run_experiment(shipped("paper_four"), str(tmp_path), Leaves, formats=("png",))
     assert verdict["ended"] == "at 0.000 s the law failed: SystemExit: I have had enough"
     assert not verdict["passed"] and (tmp_path / "trajectories.png").exists()
 
@@ -291,7 +291,7 @@ def test_a_team_that_is_driven_apart_is_reported_as_far_as_it_went(tmp_path):
     scenario = shipped("consensus")
     parameters = dict(scenario.control.parameters, gain=40.0)
     apart = with_control(scenario.changed(fidelity="point_mass"), parameters=parameters)
-    verdict = run_experiment(apart, str(tmp_path))
+    verdict = run_experiment(apart, str(tmp_path), formats=("png",))
     assert "m away: the team is driven apart" in verdict["ended"] and not verdict["passed"]
     assert (tmp_path / "trajectories.png").exists()
 
@@ -325,7 +325,8 @@ class WrongMeasures(Forward):
     ],
 )
 def test_a_mistake_in_the_claims_costs_no_run(tmp_path, capfd, law, name, said):
-    verdict = run_experiment(shipped("paper_four", duration=1.0), str(tmp_path), law)
+    short = shipped("paper_four", duration=1.0)
+    verdict = run_experiment(short, str(tmp_path), law, formats=("png",))
     found = {check["name"]: check for check in verdict["checks"]}[name]
     assert not verdict["passed"] and found["passed"] is False and said in found["note"]
     assert verdict["ended"] == "complete" and (tmp_path / "trajectories.png").exists()
@@ -396,7 +397,8 @@ def test_overlapping_robots_are_refused_before_anything_is_written(tmp_path):
 
 
 def test_more_robots_than_the_scenario_lists(tmp_path):
-    verdict = run_experiment(shipped("paper").with_robots(30)._replace(duration=1.0), str(tmp_path))
+    many = shipped("paper").with_robots(30)._replace(duration=1.0)
+    verdict = run_experiment(many, str(tmp_path), formats=())
     assert verdict["robots"] == 30
 
 
@@ -427,7 +429,7 @@ def test_the_report_on_an_earlier_run_is_not_left_beside_another(tmp_path):
 def test_a_shipped_scenario_is_found_by_its_name_from_anywhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as ended:
-        main(["consensus.yaml", "--out", "out", "--duration", "30"])
+        main(["consensus.yaml", "--out", "out", "--duration", "30", "--formats", ""])
     assert ended.value.code == 0 and (tmp_path / "out" / "verdict.json").exists()
     with pytest.raises(SystemExit) as ended:
         main(["no_such.yaml", "--out", "out"])
@@ -464,6 +466,7 @@ def test_files_that_cannot_be_used_are_named_once(tmp_path, capsys):
 
 def test_robots_that_the_scenario_does_not_have_are_named(tmp_path, capsys):
     with pytest.raises(SystemExit):
-        main(["consensus.yaml", "--out", str(tmp_path), "--robots", "8", "--duration", "0.2"])
+        asked = ["--robots", "8", "--duration", "0.2", "--formats", ""]
+        main(["consensus.yaml", "--out", str(tmp_path), *asked])
     said = capsys.readouterr().err
     assert "robots 7 to 8 are not in the scenario: put where there is room, without edges" in said

@@ -61,7 +61,7 @@ def names(wanted):
 
 def start(scenario, name, seed):
     """Return ``scenario`` of points, from places and with a seed drawn by ``seed``."""
-    box, random = np.array(BOXES.get(name) or _box(scenario.poses)), np.random.default_rng(seed)
+    box, random = np.array(box_of(scenario, name)), np.random.default_rng(seed)
     kept = scenario.poses[: KEPT.get(name, 0)]
     places = list(kept[:, :2])
     while len(places) < scenario.n:
@@ -77,16 +77,21 @@ def start(scenario, name, seed):
         )
     poses = np.column_stack([places, headings]).tolist()
     # What sensors see turns with the robot, which a point does not.
-    changes = {} if name in NEAR else _points(scenario, name)
+    changes = {} if name in NEAR else points(scenario, name)
     return scenario.changed(seed=seed, poses=poses, **changes)
 
 
-def _points(scenario, name):
+def points(scenario, name):
     """Return the keys of points without limits under commands at the rate of the protocol ``name``."""
     rate = min(scenario.control.rate, RATES.get(name, RATE))
     control = dict(scenario.control.to_plain(), saturation="none", rate=rate)
     keys = {"fidelity": "point_mass", "limits": "none", "control": control, "step": 1.0 / rate}
     return dict(keys, record_rate=min(scenario.record_rate, rate))
+
+
+def box_of(scenario, name):
+    """Return the box (x_min, y_min, x_max, y_max) [m] of the starts of the protocol ``name``."""
+    return BOXES.get(name) or _box(scenario.poses)
 
 
 def _box(poses):

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.temporal_logic.formula import (
+    Always,
     And,
     Each,
     Eventually,
@@ -122,7 +123,7 @@ def evaluate(formula, text, time, signals):
         member=label,
         decided_at=_decided_at(bound, formula, found.holds),
         scale=1.0 if scaled else _scale(predicate),
-        grade=float(np.sort(margins)[: 1 + len(margins) // GRADED].mean()),
+        grade=float(_smallest(margins, 1 + len(margins) // GRADED).mean()),
     )
 
 
@@ -418,6 +419,11 @@ def _constant(term):
     return term.factor * (UNITS[term.unit].factor if term.unit else 1.0)
 
 
+def _smallest(values, count):
+    """Return the ``count`` smallest of ``values`` (m,), in their order."""
+    return np.sort(np.partition(values, count - 1)[:count])
+
+
 def _scale(predicate):
     """Return by what margins are divided beside those of other units: the constant, 1 where that is 0."""
     return abs(math.fsum(_constant(term) for term in predicate.terms if term.signal is None)) or 1.0
@@ -425,6 +431,12 @@ def _scale(predicate):
 
 def _other(side):
     return "high" if side == "low" else "low"
+
+
+def _horizon(formula):
+    """Return how far ahead [s] a sample's robustness looks, inf to the run's end."""
+    below = max(map(_horizon, children(formula)), default=0.0)
+    return below + (formula.window[1] if isinstance(formula, (Always, Eventually, Until)) else 0.0)
 
 
 def _decided_at(bound, formula, holds):
@@ -435,7 +447,10 @@ def _decided_at(bound, formula, holds):
         return found.low[0] >= 0.0 if holds else found.high[0] < 0.0
 
     low, high = 0, len(bound.time)  # not certain after ``low`` samples, certain after ``high``
-    if not certain(high):
+    seen = int(np.searchsorted(bound.time, bound.time[0] + _horizon(formula))) + 2
+    if seen < high and certain(seen):
+        high = seen
+    elif not certain(high):
         return float(bound.time[-1])
     while high - low > 1:
         middle = (low + high) // 2

@@ -103,7 +103,7 @@ def _of_claims(scenario):
     """Return the ``Trial`` of the protocol's own claims: what they have to spare of their tolerances."""
     study = simulate(scenario)
     judged = [each for each in study.verdict["checks"] if each["passed"] is not None]
-    spares = {each["name"]: _share(each) for each in judged}
+    spares = {each["name"]: share_of(each) for each in judged}
     worst = Trial(NEUTRAL, spares=spares)
     for each in judged:
         value = spares[each["name"]]
@@ -113,7 +113,7 @@ def _of_claims(scenario):
     return worst
 
 
-def _share(check):
+def share_of(check):
     """Return the share of its tolerance that a ``check`` has to spare, negative where it failed."""
     difference, tolerance = check["difference"], check["tolerance"]
     share = NEUTRAL

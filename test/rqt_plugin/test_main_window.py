@@ -1,5 +1,6 @@
 """The window around the study widget, on screens of any size."""
 
+import argparse
 import logging
 import os
 
@@ -11,7 +12,7 @@ from PyQt5.QtCore import QSettings
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QApplication, QWidget
 
-from mrs_simulator.rqt_plugin.window.main_window import SIZE, Window
+from mrs_simulator.rqt_plugin.window.main_window import SIZE, Window, scenario_of_run
 
 
 class Study(QWidget):
@@ -59,3 +60,35 @@ def test_a_window_that_fits_stays_where_it_was(app, settings):
     second = opened(app, settings)
     assert second.geometry().getRect() == (50, 60, 500, 400)
     second.close()
+
+
+def test_a_run_is_opened_with_the_scenario_beside_it_and_other_names_are_scenarios(tmp_path):
+    run, alone, bag = tmp_path / "run", tmp_path / "alone", tmp_path / "a.bag"
+    for folder in (run, alone):
+        folder.mkdir()
+        (folder / "run.csv").write_text("")
+    (run / "scenario.yaml").write_text("")
+    bag.write_bytes(b"")
+    with_scenario = str(run), str(run / "scenario.yaml")
+    assert scenario_of_run(str(run)) == scenario_of_run(str(run / "run.csv")) == with_scenario
+    assert scenario_of_run(str(alone)) == (str(alone), "")
+    assert scenario_of_run(str(bag)) == (str(bag), "")
+    for name in ("", "paper", str(run / "scenario.yaml")):
+        assert scenario_of_run(name) == ("", name)
+    for name in (str(tmp_path), str(tmp_path / "none" / "run.csv")):
+        with pytest.raises(ValueError, match="no run: wanted a folder with a run.csv"):
+            scenario_of_run(name)
+
+
+def test_the_value_of_an_option_of_qt_is_no_run(monkeypatch):
+    standalone = pytest.importorskip("mrs_simulator.rqt_plugin.standalone")
+    parser = argparse.ArgumentParser()
+    parser.add_argument("run", nargs="?", default="")
+    for words, wanted in (
+        (["-style", "fusion"], ("", ["-style", "fusion"])),
+        (["results"], ("results", [])),
+        (["results", "-style", "fusion"], ("results", ["-style", "fusion"])),
+    ):
+        monkeypatch.setattr(standalone.rospy, "myargv", lambda words=words: ["mrs_gui", *words])
+        arguments, rest = standalone._parsed(parser)
+        assert (arguments.run, rest) == wanted

@@ -220,10 +220,12 @@ def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
     loops = compiled_flight.compiled_fly() if compiled else compiled_flight.fly
     (group,) = Team.of(4 * kinds, "firmware").groups
     draw, m = np.random.default_rng(5), len(group.kinds)
+    most = np.full((m, 3), 50.0) if len(kinds) > 1 else (50.0, 50.0, 50.0)
+    numbers = group.numbers._replace(turning_max=most)  # without bounds otherwise
     place = np.abs(draw.uniform(-1.0, 1.0, (m, 3))) * [1.0, 1.0, 0.2]  # some come down
-    flight = at_rest(place, draw.uniform(-3.0, 3.0, m), hover_speed(group.numbers))
+    flight = at_rest(place, draw.uniform(-3.0, 3.0, m), hover_speed(numbers))
     velocity, rates = (np.asfortranarray(draw.normal(size=(m, 3))) for _ in range(2))
-    flight = flight._replace(velocity=velocity, rates=5.0 * rates)
+    flight = flight._replace(velocity=velocity, rates=30.0 * rates)
     wanted, air = draw.uniform(-1.0, 1.0, (2, m, 3))
     heading, turning = draw.uniform(-1.0, 1.0, (2, m))
     told = []
@@ -231,7 +233,7 @@ def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
         monkeypatch.setattr(quadrotor_forces, "same_bits", lambda *_, chosen=chosen: chosen)
         after = flight
         for _ in range(10):
-            given = wanted, heading, turning, air, group.numbers, 0.018
+            given = wanted, heading, turning, air, numbers, 0.018
             after = quadrotor_forces.moved(after, *given)
         told.append(after)
     assert all(np.array_equal(*each) for each in zip(*told))

@@ -146,3 +146,15 @@ def test_no_robots_and_robots_unknown_are_no_trouble(shown):
     panel.refresh()
     panel.grab()
     assert panel.canvas.scene.state.robots == (1, 2)
+
+
+def test_top_looks_straight_down_and_back(shown):
+    _, panel = shown
+    before = panel.canvas.camera
+    QTest.keyClick(panel, Qt.Key_T)
+    down = panel.canvas.camera
+    assert down.pitch == -89.0 and down.yaw == 0.0
+    first, second = place_on_screen(panel, 0), place_on_screen(panel, 1)
+    assert second[0] > first[0] and abs(second[1] - first[1]) < 2.0  # east is to the right
+    panel.above.click()
+    assert panel.canvas.camera[2:] == before[2:]

@@ -77,7 +77,7 @@ class CardRow(QStyledItemDelegate):
         painter.drawText(top, Qt.AlignLeft | Qt.AlignVCenter, title)
         painter.setFont(font)
         name = os.path.basename(card.path)
-        where = name if group == SHIPPED else "{}: {}".format(group, name)
+        where = {SHIPPED: name, EDITS: EDITS}.get(group, "{}: {}".format(group, name))
         about = "{} \u00b7 {}".format(card.about, where) if card.about else where
         about = painter.fontMetrics().elidedText(about, Qt.ElideMiddle, top.width())
         painter.drawText(top.translated(0, line), Qt.AlignLeft | Qt.AlignVCenter, about)

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from mrs_simulator.pictures.camera import Camera, on_screen
+from mrs_simulator.pictures.camera import STEEPEST, Camera, on_screen
 from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import drawn, drawn_signs, framed
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
@@ -36,6 +36,7 @@ class Canvas(QWidget):
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
         self._pressed = None  # where a click or drag began
         self._card = graphics_card()
+        self._aside = self.camera.yaw, self.camera.pitch  # [deg] before it looked straight down
         self._untouched = True  # the camera is still the one that fit() chose
         self.setMinimumSize(160, 100)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
@@ -59,6 +60,19 @@ class Canvas(QWidget):
             self.camera = self.camera._replace(distance=max(CLOSE * reach, 0.5))
         self._followed = number
         self._keep_in_view()
+        self.update()
+
+    def look_down(self):
+        """Look straight down, north up; from there, as one did before."""
+        camera = self.camera
+        if camera.pitch > STEEPEST:
+            self._aside = camera.yaw, camera.pitch
+            self.camera = camera._replace(yaw=0.0, pitch=STEEPEST)
+        else:
+            yaw, pitch = self._aside
+            self.camera = camera._replace(yaw=yaw, pitch=pitch)
+        if self._untouched and not self._followed:
+            self._frame(self.scene)
         self.update()
 
     def fit(self):

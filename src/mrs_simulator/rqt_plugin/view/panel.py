@@ -32,6 +32,10 @@ class ViewPanel(QWidget):
         self.followed.setToolTip("Keep a robot in the centre")
         self.followed.setSizeAdjustPolicy(QComboBox.AdjustToContents)
         self.followed.activated.connect(self._on_follow)
+        self.above = top = QToolButton()
+        top.setText("Top")
+        top.setToolTip("Look straight down, north up, or from aside again (T)")
+        top.clicked.connect(self._on_top)
         fit = QToolButton()
         fit.setText("Fit")
         fit.setToolTip("Fit the team into view (F). " + HINT)
@@ -47,6 +51,7 @@ class ViewPanel(QWidget):
         row.addStretch()
         row.addWidget(self.beside)
         row.addWidget(self.followed)
+        row.addWidget(top)
         row.addWidget(fit)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -114,9 +119,15 @@ class ViewPanel(QWidget):
         self.canvas.fit()
 
     @guarded
+    def _on_top(self, *_):
+        self.canvas.look_down()
+
+    @guarded
     def keyPressEvent(self, event):
-        """Fit by F."""
+        """Fit by F, look down by T."""
         if event.key() == Qt.Key_F and not event.modifiers():
             self._on_fit()
+        elif event.key() == Qt.Key_T and not event.modifiers():
+            self._on_top()
         else:
             super().keyPressEvent(event)

@@ -113,6 +113,36 @@ def test_a_click_shows_a_run_at_any_moment_and_another_button_the_window_s_own(s
     assert study.time_line.label.text() == "no run yet" and study.verdict.verdict is None
 
 
+def test_the_simulation_goes_on_while_another_run_is_looked_at(study, runs):
+    state = history_of(read_run_csv(str(runs[0] / "runs" / "run0" / "run.csv"))).state
+
+    def go_on(row):
+        newest = state.at(row).replace(fresh=np.ones(4, dtype=bool))
+        study.history.append(newest)
+        study.connection.snapshot.return_value = newest
+        frame(study)
+        return newest.pose
+
+    study.history.before_clearing = lambda: None
+    study.study.processes.is_running.return_value = True
+    for row in range(40):
+        now = go_on(row)
+    until(study, lambda: np.array_equal(study.map.team.pose, now))
+    opened(study, 0)
+    shown = study.map.team.pose.copy()
+    for row in range(40, 60):
+        now = go_on(row)
+    np.testing.assert_array_equal(study.map.team.pose, shown)
+    assert study.opened.run is not None and len(study.history.time) == 60
+    QTest.mouseClick(study.time_line.newest, Qt.LeftButton)
+    frame(study)
+    np.testing.assert_array_equal(study.map.team.pose, now)
+    trail = study.map.trails.path(0)
+    np.testing.assert_allclose(trail[[0, -1]], state.pose[[0, 59], 0, :2], atol=0.05)
+    assert go_on(60) is not None and not study.map.is_past
+    study.history.saved = np.inf
+
+
 def test_two_gains_are_compared_in_curves_on_the_map_and_in_tables(study):
     opened(study, 0)
     click(study, 1, in_box=True)

@@ -81,6 +81,15 @@ def test_saved_results_are_listed_too_and_deleted_by_nobody_but_the_user(shelf, 
     assert names(shelf) == []
 
 
+def test_runs_stay_listed_where_another_folder_is_chosen(shelf, tmp_path):
+    path = make_run(tmp_path / "home" / "runs", "old", 1e9)
+    shelf.keep_in(str(tmp_path))
+    new = make_run(tmp_path / "mrs_simulator_runs", "new", 2e9)
+    assert names(shelf) == ["new", "old"] and shelf.holds(new) and not shelf.holds(path)
+    assert [entry.path for entry in shelf.own(shelf.scan())] == [new]
+    assert shelf.new_directory("A b").startswith(os.path.join(shelf.folder, "a_b_"))
+
+
 def test_marks_are_kept_and_nothing_is_written_to_folders_of_others(shelf, tmp_path):
     path = make_run(tmp_path / "others", "a", 1e9)
     before = sorted(os.listdir(path))

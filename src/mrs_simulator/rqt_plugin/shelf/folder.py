@@ -66,15 +66,24 @@ class Shelf:
     def keep_in(self, place):
         """Keep runs below the directory ``place``, in a folder of their own.
 
-        What else is there is the user's: it is neither listed nor removed to make room.
+        What else is there is the user's: it is neither listed nor removed to make room.  The folder before
+        is watched from now on, if it has runs.
         """
-        place = os.path.abspath(place)
+        place, settings = os.path.abspath(place), self.settings()
         own = place if os.path.basename(place) == OWN else os.path.join(place, OWN)
-        self.change(folder=own)
+        watched, before = [each for each in settings["watched"] if each != own], settings["folder"]
+        if before not in (own, *watched) and runs_in(before):
+            watched.append(before)
+        self.change(folder=own, watched=watched)
 
     def holds(self, path):
         """Return whether the run at ``path`` is in the folder."""
         return os.path.dirname(os.path.abspath(path)) == os.path.abspath(self.folder)
+
+    def own(self, entries):
+        """Return those ``Entry``s that are in the folder."""
+        folder = os.path.abspath(self.folder)
+        return [entry for entry in entries if os.path.dirname(entry.path) == folder]
 
     # What is there -------------------------------------------------------------------------------
 

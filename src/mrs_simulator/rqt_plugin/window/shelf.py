@@ -63,13 +63,12 @@ class ShelfControl:
     def _looked(self):
         """Return entries, settings, the size of the user's folder and what made room; in a thread."""
         shelf, gone = self._shelf, []
-        entries = shelf.scan()
-        settings = shelf.settings()
-        own = [entry for entry in entries if shelf.holds(entry.path)]
+        entries, settings = shelf.scan(), shelf.settings()
+        own = shelf.own(entries)
         if sum(entry.size for entry in own) > settings["most_bytes"]:
             gone = shelf.make_room([own[0].path])  # the newest, however large
             entries = shelf.scan() if gone else entries
-            own = [entry for entry in entries if shelf.holds(entry.path)]
+            own = shelf.own(entries)
         return entries, settings, sum(entry.size for entry in own), gone
 
     def _show(self, found, error):

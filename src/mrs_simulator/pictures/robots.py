@@ -136,12 +136,12 @@ def _rim(body):
     return np.column_stack([LARGER * rim, np.zeros(len(rim))])
 
 
-def marks(robots):
-    """Return discs in the colours of robots that are too small to be seen; None where none is."""
-    rows = np.flatnonzero(robots.inside & (robots.size < MARK))
+def marks(robots, radius=MARK):
+    """Return discs of ``radius`` [px] in the colours of robots that reach less far; None where none is."""
+    rows = np.flatnonzero(robots.inside & (robots.size < radius))
     if not len(rows):
         return None
-    return dots(robots.screen[rows], with_opacity(robots.shades[rows], 0.9), MARK)
+    return dots(robots.screen[rows], with_opacity(robots.shades[rows], 0.9), radius)
 
 
 def numbers(view, robots, names):

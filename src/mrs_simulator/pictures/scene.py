@@ -111,7 +111,7 @@ def drawn_signs(scene, camera, width, height, palette=LIGHT):
         *_edges(view, scene, team),
         _starts(view, scene),
         _targets(view, scene),
-        robots.marks(team),
+        robots.marks(team, robots.LEAST_SEEN),  # over bodies that are larger they would hide them
         ground.unit(view),
         robots.numbers(view, team, scene.state.robots) if scene.numbered else None,
     )

@@ -393,6 +393,27 @@ def test_time_begins_with_the_controller(path):
     assert script.all("result")[0] == ("stop", True, "stopped")
 
 
+def test_a_robot_that_is_held_is_pushed_by_events_that_repeat_the_run(path, tmp_path):
+    hold, go = (5, "hold", (1, (3.0, -3.0))), (4, "hold", (1, None))
+    script = played(path, (0, "control", (path,)), hold, go, (8, "stop", ()))
+    (run,) = script.samples()
+    (recorded,) = [each for each in script.all("run") if each]
+    scenario = load_scenario(os.path.join(recorded, "scenario.yaml"))
+    times = [each.at for each in scenario.events]
+    assert {(each.robot, each.event) for each in scenario.events} == {(2, "pushed")}
+    rows = np.rint(np.array(times) / 0.1).astype(int)
+    assert len(rows) >= 4 and np.all(np.diff(rows) == 1)  # once in each sample, until it was let go
+    held = np.array([run[row + 1].pose[1, :2] for row in rows])
+    assert np.abs(held - [3.0, -3.0]).max() < 0.2
+    assert np.hypot(*(run[rows[0]].pose[1, :2] - held[0])) > 0.5
+    assert sum(map(len, script.all("incidents"))) == len(rows)
+    run_experiment(scenario, str(tmp_path / "again"), formats=())
+    again = tmp_path / "again" / "run.csv"
+    lines = [file.read_text().splitlines() for file in (Path(recorded, "run.csv"), again)]
+    same = 1 + 4 * (rows[-1] + 4)  # before the stop
+    assert lines[0][:same] == lines[1][:same]
+
+
 def test_who_stops_stands_and_who_starts_again_begins_a_run_there(path):
     script = played(
         path, (0, "control", (path,)), (20, "stop", ()), (20, "start", ()), (20, "stop", ())

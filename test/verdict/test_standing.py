@@ -69,7 +69,7 @@ def test_after_a_change_what_comes_then_is_looked_at_and_after_a_touch_nothing_o
     rows, _ = standings(control, part_of(run, slice(0, 80)).replace(meta={"changes": [change]}))
     assert of(rows, RATE)["predicted"] < 0.45 and "from 5.0 s on" in of(rows, RATE)["note"]
     touched = part_of(run, slice(0, 80))
-    touched.collisions = [Collision(3.0, "robot1", "robot2", 0.0, 0.0)]
+    touched.collisions = [Collision(3.0, "robot1", "crate", 0.0, 0.0)]
     rows, _ = standings(control, touched)
     assert stands(rows)[LIMIT] == NOT_JUDGED and stands(rows)["collisions"] == FAILING
 
@@ -100,3 +100,10 @@ def test_requirements_are_decided_as_formulas_are():
     rows, _ = standings(make_control(run.scenario), part_of(run, slice(0, 10)))
     assert (stands(rows)["apart"], stands(rows)["near"]) == (OPEN, FAILING)
     assert of(rows, "near")["margin"] < 0.0 and of(rows, "near")["member"]
+
+
+def test_collisions_to_which_theory_leads_are_not_judged():
+    control, run = consensus()  # of all, at one point
+    run.collisions = [Collision(15.0, "robot1", "robot2", 0.0, 0.0)]
+    row = of(standings(control, run)[0], "collisions")
+    assert row["standing"] == NOT_JUDGED and "theory leads their points there" in row["note"]

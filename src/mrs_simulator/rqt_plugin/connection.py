@@ -98,6 +98,13 @@ class Connection(abc.ABC):
     def set_team(self, poses, kinds, altitude=None):
         """Request a new team; ``poses`` (n, 3), ``altitude`` (n,) [m] or None: on the ground."""
 
+    def hold(self, number, place):
+        """Request that robot ``number`` is held at ``place`` (x, y) [m], or pushed there; None: let it go.
+
+        Raises ``NotImplementedError`` where ``absent`` has ``hold``.
+        """
+        raise NotImplementedError(self.absent["hold"])
+
     @abc.abstractmethod
     def set_topology(self, edges, directed):
         """Request another topology of the controller; ``edges``: ``(i, j, weight)``."""

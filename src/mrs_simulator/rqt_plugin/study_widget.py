@@ -10,6 +10,7 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import ErrorLog
 from mrs_simulator.rqt_plugin.window.comparison import Comparison
 from mrs_simulator.rqt_plugin.window.course import Course
+from mrs_simulator.rqt_plugin.window.disturbance import Disturbance
 from mrs_simulator.rqt_plugin.window.edge_lens import EdgeLens
 from mrs_simulator.rqt_plugin.window.export import Export
 from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
@@ -73,6 +74,7 @@ class StudyWidget(StudyPanels):
             self, self.study.shelf, self.files, self.opened, self.results
         )
         self.history.before_clearing = guarded(self.results.keep_unsaved)
+        self.disturbance = Disturbance(self, self.study)
         self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
         self.whole = WholeRun(self.study, self.history, self.results, self.say)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)

@@ -9,14 +9,17 @@ from mrs_simulator.verdict.judging import checked_claims, since_changes
 from mrs_simulator.verdict.requirements.results import bound_of, evaluated, known_bound, line_of
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, robots_run
+from mrs_simulator.verdict.theory.meetings import meetings
 from mrs_simulator.verdict.user_values import plain
 from mrs_simulator.verdict.verdict import (
     BROKEN,
     FEWEST_SAMPLES,
     HOLDS,
+    LED,
     first_break,
     margin_of,
     measured_of,
+    pairs_of,
 )
 
 STANDS = ON_COURSE, FAILING, OPEN, NOT_JUDGED = (
@@ -42,6 +45,7 @@ class Course:
     def __init__(self, control, run):
         """``run``: as it has begun; what theory gives is of the whole duration of its scenario."""
         self._control, self._shown = control, set()
+        self._led = None  # pairs of rows that theory leads together, once that is asked
         self._claims = checked_claims(call(control.all_claims, run.hand[0]), run, [])
         end = run.time[0] + max(run.scenario.duration, run.time[-1] - run.time[0])
         self._theory = _theory_of(control, run, end)
@@ -65,10 +69,23 @@ class Course:
             if not why and stopped is not None and claim.motion and claim.question == THEOREM:
                 why = "{1} at {0:.1f} s".format(*stopped)
             rows.append(self._standing(run, claim, why))
-        rows.append(_collisions(run))
+        rows.append(self._collisions(run))
         return plain(
             rows + list(map(_requirement, evaluated(self._control, run, goes_on=True))), "standings"
         )
+
+    def _collisions(self, run):
+        """Return the row of the collisions; those to which theory leads the robots are not judged."""
+        row = _collisions(run)
+        if self._theory is None or not run.collisions or np.any(self._control.safety):
+            return row
+        if self._led is None:
+            team, theory = self._control.team, self._theory
+            self._led = set(meetings(team, theory.hand, theory.time))
+        if not pairs_of(run) <= self._led:
+            return row
+        note = ", ".join((row["note"], LED))
+        return {**row, "standing": NOT_JUDGED, "passed": None, "margin": None, "note": note}
 
     def _standing(self, run, claim, why):
         if len(run.time) < FEWEST_SAMPLES:

@@ -330,12 +330,12 @@ def _collisions(run, led=None):
     more = ", ..." if len(named) > MOST_COLLISIONS else ""
     note = ", ".join(named[:MOST_COLLISIONS]) + more
     filtered = run.scenario is not None and run.scenario.control.safety  # which is to prevent them
-    if led and run.collisions and not filtered and _pairs(run) <= set(led):
+    if led and run.collisions and not filtered and pairs_of(run) <= set(led):
         return check._replace(passed=None, note=_joined(note, LED))
     return check._replace(note=note)
 
 
-def _pairs(run):
+def pairs_of(run):
     """Return the pairs of rows of robots that touched, in their order, and None for what is no robot."""
     rows = {"robot{:g}".format(number): row for row, number in enumerate(run.robots)}
     pairs = {(rows.get(c.first), rows.get(c.second)) for c in run.collisions}

@@ -156,6 +156,9 @@ class LocalConnection(Received, Connection):
     def set_team(self, poses, kinds, altitude=None):
         self.ask("set_team", poses, tuple(kinds), altitude)
 
+    def hold(self, number, place):
+        self.ask("hold", number - 1, place)
+
     def set_topology(self, edges, directed):
         self.ask("set_topology", list(edges), directed)
 

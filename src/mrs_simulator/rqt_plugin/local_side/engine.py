@@ -23,9 +23,11 @@ from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord, sizes
 from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.run.stage_run import OF_THE_STAGE
 from mrs_simulator.rqt_plugin.run.study_state import BY_REQUEST, EMERGENCY, RELEASED
+from mrs_simulator.scenario.incidents import FARTHEST_PUSH
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.state.status import Controller, Stage
 from mrs_simulator.study.bad_input import refusing_bad_input
+from mrs_simulator.study.run.ahead import FIDELITIES
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
@@ -36,6 +38,7 @@ NO_CONTROLLER = "no controller runs"
 LOOK, PICTURE, STATUS, REST = 0.005, 0.03, 0.1, 0.2
 NAP = 0.01  # [s] of wall time that is waited at most for a request
 NOT_USERS = PACKAGE, os.path.dirname(os.__file__), "<"  # how files begin that are not users'
+UNMOVED = 1e-6  # [m] within which a robot is where it is held
 BEAT = 0.4  # [s] of wall time without a status after which the last one is sent again
 
 
@@ -101,6 +104,7 @@ class Engine:
         self._ran = None  # the scenario of the controller, as its settings are now
         self._running, self._trouble, self._emergency = False, "", False
         self._is_over, self._steps = False, 0  # whether the duration is over; steps asked for
+        self._held = {}  # (x, y) [m] where a person holds robots, by row
         self._watched = {}  # names of sensors by row
         self._known = 0, 0  # collisions and incidents that were sent
         self._last = dict.fromkeys(("look", "picture", "status"), -np.inf)
@@ -140,10 +144,30 @@ class Engine:
         self._pacer.stepped(self.world.step_size)
         if is_sample:
             self._send_state(is_sample)
+            self._hold()
         if self.world.time >= self._ran.duration - 1e-9 and not self._is_over:
             self._is_over = self._paused = True
             text = "the run's {:g} s are over: Save it, or Go on"
             self._answer("paused", True, text.format(self._ran.duration))
+
+    def _hold(self):
+        """Push the robots that a person holds to where they are held, once a sample."""
+        world = self.world
+        for row, place in self._held.items():
+            by = np.asarray(place, dtype=float) - world.pose[row, :2]
+            if np.hypot(*by) > UNMOVED and row < world.n:
+                self._experiment.push(row, np.clip(by, -FARTHEST_PUSH, FARTHEST_PUSH).tolist())
+
+    def _on_hold(self, row, place):
+        """Hold robot ``row`` at ``place`` (x, y) [m] of the common frame; None: let it go."""
+        if place is None:
+            self._held.pop(row, None)
+        elif self._experiment is None or not self._running:
+            raise ValueError("{}: robots are pushed while one drives them".format(NO_CONTROLLER))
+        elif self._staged.fidelity not in FIDELITIES:
+            raise ValueError("with forces no robot can be put elsewhere")
+        else:
+            self._held[row] = place
 
     def _fail(self, error):
         cause = error.__cause__
@@ -159,6 +183,7 @@ class Engine:
         directory = tempfile.mkdtemp(prefix="run_", dir=self._directory)
         record = RunRecord(experiment, directory)
         self._end_run()
+        self._held = {}
         self._record = record
         self.world.close()
         self._experiment, self._ran = experiment, experiment.scenario
@@ -208,7 +233,7 @@ class Engine:
                 success, said = False, reason(raised(error))
             if name == "control" and not success:
                 self._link.send("control_ended", said)
-            elif name not in ("watch", "control", "write"):
+            elif name not in ("watch", "control", "write") and not (name == "hold" and success):
                 self._answer(name, success, said)
 
     def _answer(self, name, success, said):

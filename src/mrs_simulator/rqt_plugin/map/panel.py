@@ -1,6 +1,7 @@
 """The map with its buttons: mouse modes and visible layers."""
 
 from mrs_simulator.rqt_plugin.ahead.bar import AheadBar
+from mrs_simulator.rqt_plugin.map.mode_menu import ModeMenu
 from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
 from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
 from mrs_simulator.rqt_plugin.map.scene import HINTS
@@ -38,6 +39,7 @@ MODES = (
         "What if",
         "Drag a robot, click on an edge or move a gain, and see how the run would go on",
     ),
+    ("push", "Push", "Push or hold a robot with the mouse while a simulation runs"),
     ("measure", "Measure", "Drag from one point or robot to another: distance and direction"),
     ("obstacles", "Obstacles", "Draw, move, resize, turn and delete obstacles.\n" + HELP),
 )
@@ -99,6 +101,8 @@ class MapPanel(QWidget):
             button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
             self.modes[mode] = button
         self.modes["look"].setChecked(True)
+        self.lesser = ModeMenu(self.modes)
+        row.addWidget(self.lesser)
 
     def _build_help(self):
         """Build what a mode offers, over the lower axis of the map, whose view stays as it is."""
@@ -152,14 +156,21 @@ class MapPanel(QWidget):
 
     @guarded
     def resizeEvent(self, event):
-        """Put the boxes where there is room for them."""
+        """Put boxes and buttons where there is room for them."""
         super().resizeEvent(event)
+        self.lesser.fold(self._least_width() > self.width())
         others = [self._group, self._fit, *([] if self._trail.isHidden() else [self._trail])]
         row = [*self.shown.values(), *others]
         wide = sum(each.sizeHint().width() + self._row.spacing() for each in row)
         for box in self.shown.values():
             box.setVisible(wide <= self.width())
         self.layers.setVisible(wide > self.width())
+
+    def _least_width(self):
+        """Return the width [px] of a row with the buttons of all modes, and a menu of layers."""
+        modes = sum(button.sizeHint().width() for button in self.modes.values())
+        rest = (self.layers, self._fit)
+        return modes + sum(each.sizeHint().width() + 3 * self._row.spacing() for each in rest)
 
     def _build_trail(self):
         self._trail = QCheckBox("Trail of ...")

@@ -27,6 +27,7 @@ HINTS = {
     "select several; right button: arrange",
     "edges": "Drag from robot i to robot j: j receives from i.  Click on an edge to remove it",
     "ahead": "",
+    "push": "Drag a robot to push it; it is held until you let go. The run and its verdict know of it",
     "measure": "Drag from one point or robot to another; robots are followed",
     "obstacles": "Drag on free floor to draw, on an obstacle to move it, on its marks to resize or turn it",
 }

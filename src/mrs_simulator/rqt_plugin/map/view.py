@@ -26,7 +26,7 @@ ZOOM = 1.2  # [-] of one notch of the wheel
 class Drag(NamedTuple):
     """What the mouse does while a button is down."""
 
-    kind: str  # pan, move, turn, edge, ahead, obstacle, band (a selection) or measure
+    kind: str  # pan, move, turn, edge, ahead, push, obstacle, band (a selection) or measure
     row: int  # of the robot pressed, -1 for none
     press: np.ndarray  # (2,) [px]
     grip: np.ndarray  # (2,) [m] from the cursor to the robot
@@ -39,6 +39,7 @@ class MapView(PaintedMap):
     pose_edited = Signal(int, float, float, float)  # number, x [m], y [m], theta [rad]
     poses_edited = Signal(object)  # of several robots: the team's (n, 3) [m, m, rad]
     follow_asked = Signal(int)  # robot whose 3D view is asked for
+    robot_held = Signal(int, object)  # number, and (x, y) [m] where it is held, None: let go
     ahead_moved = Signal(int, float, float)  # number, x [m], y [m]: what if it were there
     ahead_cut = Signal(object)  # the edge (i, j, weight) without which to look ahead
     edge_added = Signal(int, int)  # i receives from j
@@ -72,9 +73,9 @@ class MapView(PaintedMap):
         if kind == "choose":
             self.chosen.toggle(self.team.numbers[row])
             return
-        self._cursor, self._moved = at, False
+        self._cursor, self._moved = at, kind == "push"  # held where it is until the mouse goes on
         self.drag = Drag(kind, row, at, grip, event.button()) if kind else None
-        if kind == "turn":
+        if kind in ("turn", "push"):
             self._drag_to(at)
         elif kind == "obstacle":
             other = bool(event.modifiers() & Qt.ShiftModifier)
@@ -88,8 +89,8 @@ class MapView(PaintedMap):
         button = event.button()
         if self._mode == "poses" and button in (Qt.LeftButton, Qt.RightButton):
             return self._pose_drag(row, button == Qt.RightButton, event.modifiers())
-        if row >= 0 and self._mode == "ahead" and button == Qt.LeftButton:
-            return "ahead"
+        if row >= 0 and self._mode in ("ahead", "push") and button == Qt.LeftButton:
+            return self._mode
         if self._mode == "measure" and button == Qt.LeftButton:
             return "measure"
         if row >= 0 and self._mode == "edges" and button == Qt.LeftButton:
@@ -170,9 +171,13 @@ class MapView(PaintedMap):
                 self._edit(row, self.team.pose[row, :2], math.atan2(toward[1], toward[0]))
         elif kind == "obstacle":
             self.editor.drag(self.frame.to_plane(at), self.grain, bool(held & Qt.ShiftModifier))
-        elif kind == "ahead":
+        elif kind in ("ahead", "push"):
             place = (self.frame.to_plane(at) + grip).tolist()
-            self.ahead_moved.emit(self.team.numbers[row], *place)
+            number = self.team.numbers[row]
+            if kind == "push":
+                self.robot_held.emit(number, tuple(place))
+            else:
+                self.ahead_moved.emit(number, *place)
         elif kind == "measure":
             self.ruler.lead(self.robot_at(at), self.frame.to_plane(at))
         self.update()
@@ -206,7 +211,9 @@ class MapView(PaintedMap):
         if drag is None or event.button() != drag.button:
             return
         at, self.drag = _place(event), None
-        if drag.kind == "edge":
+        if drag.kind == "push":
+            self.robot_held.emit(self.team.numbers[drag.row], None)
+        elif drag.kind == "edge":
             self._join(drag.row, self.robot_at(at))
         elif drag.kind == "obstacle":
             self.editor.release()

@@ -22,6 +22,8 @@ BEGINNINGS = ("reset", "set_team", "start")  # services after which another run 
 class RosConnection(Connection):
     """Subscribes to stage, controller and robots; calls services and sets parameters in the background."""
 
+    absent = {"hold": "over ROS no robot is pushed from here: the window without ROS does so"}
+
     def __init__(self):
         self._inbox, self._calls, self._robots = Inbox(), ServiceCalls(), RobotsConnection()
         self._sensors, self._diagnostics = SensorsConnection(), DiagnosticsConnection()

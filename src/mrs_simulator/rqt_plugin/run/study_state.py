@@ -1,6 +1,7 @@
 """Status texts and enabled actions, without Qt and ROS."""
 
 from mrs_simulator.state.columns import REAL
+from mrs_simulator.study.run.ahead import FIDELITIES
 
 EMERGENCY = "emergency stop"  # the controller's text for it
 BY_REQUEST = "stopped by request"  # and that for a stop that a user asked for
@@ -232,6 +233,17 @@ class StudyState:
         if self.real_alone():
             return "real robots cannot be placed; a scenario can be opened"
         return ""
+
+    def no_push(self):
+        """Return why no robot can be pushed now, or ""."""
+        stage = self.connection.newest("stage")
+        if "hold" in self.connection.absent:
+            return self.connection.absent["hold"]
+        if self.real():
+            return "real robots are pushed by hand"
+        if stage is not None and stage.fidelity not in FIDELITIES:
+            return "with forces no robot can be put elsewhere"
+        return "" if self.is_controlled() else "run first: robots are pushed on their way"
 
     def obstacles_locked(self):
         """Return why obstacles cannot be changed now, or ""."""

@@ -89,6 +89,7 @@ class VerdictPanel(QWidget):
         rows = sorted(rows, key=_place)
         counts = [(sum(row["standing"] == stand for row in rows), stand) for stand in STANDS]
         said = ", ".join("{} {}".format(*each) for each in counts if each[0])
+        said = said.replace("does not apply", "not judged")
         failing = counts[1][0]
         title = "Running, {:.1f} of {:g} s: {}".format(time, duration, said)
         self._title.say(title, "error" if failing else "aside")

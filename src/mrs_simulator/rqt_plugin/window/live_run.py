@@ -9,6 +9,7 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.record.run_changes import changed_by, read_changes
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.study_state import BY_REQUEST, EMERGENCY
+from mrs_simulator.rqt_plugin.window.disturbance import IncidentTexts
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.law_answers import Prediction
 
@@ -31,6 +32,7 @@ class LiveRun:
         self._reported_trouble = ""  # by the controller
         self._dismissed = ()  # the controller's warnings that the user has closed
         self.ran = None  # the scenario that the run began with, and facts of it, once it has begun
+        self._incidents = IncidentTexts()
         self._forecast = None  # where theory has the robots of the scenario go, (k, n, 2) [m]
         self._of_run, self._until = False, math.inf  # whether theory is of the run; [s] until when
 
@@ -55,7 +57,7 @@ class LiveRun:
                 self._panels.map.flash_collision(collision.x, collision.y)
         for incident in self._connection.take("incidents"):
             self._history.incidents.append(incident)
-            self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
+            self._panels.say(self._incidents.text(incident))
 
     def go_on(self, state):
         """Show the newest poses again, after ``state``, the newest that is recorded."""

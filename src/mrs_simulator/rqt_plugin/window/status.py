@@ -68,6 +68,8 @@ class Status:
         panels.team.set_real(state.real())
         why = state.poses_locked(self._study.scenario.n)
         panels.map_panel.set_editable("poses", not why, why)
+        why = state.no_push()
+        panels.map_panel.set_editable("push", not why, why)
         why = state.obstacles_locked()
         panels.map_panel.set_editable("obstacles", not why, why)
 

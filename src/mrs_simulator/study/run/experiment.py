@@ -19,6 +19,7 @@ from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import failure
 from mrs_simulator.record.recording import write_facts
+from mrs_simulator.scenario.incidents import PUSHED, Event
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.state.layout import basic_layout
@@ -182,6 +183,15 @@ class Experiment:
         self.world.step()
         self.collisions.extend(self.world.contacts.take())
         self.incidents.extend(self.world.faults.take())
+
+    def push(self, row, by):
+        """Put robot ``row`` elsewhere, ``by`` (2,) [m], as an event of the scenario that is due now."""
+        events = (
+            *self.scenario.events,
+            Event(round(self.world.time, 9), row + 1, PUSHED, by=tuple(by)),
+        )
+        self.world.faults.push(row, np.asarray(by, dtype=float))
+        self.scenario = self.scenario._replace(events=events)
 
     def _read(self, step):
         """Read sensors, and estimate poses, after ``step`` steps."""

@@ -119,14 +119,20 @@ install_packages() {
 
 # Refuses a checkout in which nothing can be built, before anything is installed.
 check_place() { # MB
-  local place free
+  local place free owner remedy
   case "$root" in *[[:space:]]*) fail "setting up $root" \
     "catkin builds nothing below a path with blanks: move the checkout, for instance to ~/mrs_simulator" ;; esac
   mkdir -p "$root/build" 2>/dev/null
   for place in "$root" "$root/build" "$root/build/prepared" "$log" "$root/.venv" "$root/.venv/prepared"; do
     [ ! -e "$place" ] && [ "$place" != "$root/build" ] && continue
-    [ -w "$place" ] || fail "writing to $place" "it is read-only, or $(stat -c %U "$place" 2>/dev/null || echo somebody)'s: \
-copy the checkout to a place of your own, or: sudo chown -R $(id -un) $root"
+    [ -w "$place" ] && continue
+    owner=$(stat -c %U "$place" 2>/dev/null)
+    if [ "$owner" = "$(id -un)" ]; then
+      remedy="it is read-only: copy the checkout to another place, or: chmod -R u+w $root"
+    else
+      remedy="it is ${owner:-somebody}'s: copy the checkout to a place of your own, or: sudo chown -R $(id -un) $root"
+    fi
+    fail "writing to $place" "$remedy"
   done
   free=$(df -Pm "$root" | awk 'NR == 2 { print $4 }')
   [ -x "$root/.venv/bin/python" ] || [ "${free:-$1}" -ge "$1" ] ||

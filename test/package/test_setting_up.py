@@ -39,9 +39,12 @@ def test_places_that_cannot_be_set_up_are_refused(tmp_path):
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_what_another_user_made_is_refused(tmp_path):
+def test_what_may_not_be_written_is_refused_by_its_owner(tmp_path):
     (tmp_path / "build").mkdir(mode=0o555)
-    refused(tmp_path, "sudo chown -R")
+    refused(tmp_path, "chmod -R u+w")
+    (tmp_path / "stat").write_text("#!/bin/sh\necho root\n")
+    (tmp_path / "stat").chmod(0o755)
+    refused(tmp_path, "root's: copy", PATH="{}:{}".format(tmp_path, os.environ["PATH"]))
 
 
 def test_a_moved_checkout_is_built_anew_and_its_environment_kept(tmp_path):

@@ -25,7 +25,8 @@ page. Name the version, and the seed and `provenance.json` of your runs: whoever
 ## References
 
 The laws, the theory of requirements, and the simulators that stand [beside this one](comparison.md),
-by year; for BibTeX: `paper/paper.bib`.
+by year; for BibTeX: `paper/paper.bib`. Where a DOI is missing it could not be checked; volume and
+pages were.
 
 """
 

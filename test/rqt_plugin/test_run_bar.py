@@ -161,13 +161,13 @@ def test_no_banner_and_no_verdict_makes_the_window_grow(app, study, size):
 
 def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, study):
     shown(app, study, 1180, 720)
-    assert study.settings_tabs.count() == 3 and study.settings_tabs.isVisible()
+    assert study.settings_tabs.count() == 4 and study.settings_tabs.isVisible()
     results = study.results_tabs.count()
     study.results_tabs.setCurrentWidget(study.messages)
     study.resize(480, 720)
     app.processEvents()
     titles = [study.results_tabs.tabText(place) for place in range(study.results_tabs.count())]
-    assert titles[:4] == ["Team", "Protocol", "Topology", "Curves"]
+    assert titles[:5] == ["Team", "Protocol", "Topology", "Runs", "Curves"]
     assert (
         "Robot" in titles and "Sensors" not in titles
     )  # all that is known of one, not these alone
@@ -178,7 +178,7 @@ def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, stu
     assert study.team.isVisible() and study.map.width() > 400
     study.resize(1180, 720)
     app.processEvents()
-    assert study.settings_tabs.count() == 3 and study.team.isVisible()
+    assert study.settings_tabs.count() == 4 and study.team.isVisible()
     assert study.results_tabs.tabText(0) == "Curves"
     assert study.results_tabs.count() == results
 
@@ -188,9 +188,8 @@ def saving(study, no_hidden_errors, monkeypatch):
     """The GUI and its dialog that asks where results go; ``study.saved``: what was answered."""
     study.saved = []
     monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
-    monkeypatch.setattr(
-        study.study.files, "save", lambda _, directory, more: study.saved.append(directory)
-    )
+    files = study.study.files
+    monkeypatch.setattr(files, "saver", lambda _, to, *more: lambda: study.saved.append(to))
     active(study, 1022, 700)
     study.bar.button("save").setEnabled(True)
     QTest.mouseClick(study.bar.button("save"), Qt.LeftButton)
@@ -497,12 +496,12 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
 def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(study):
     def theory():
         study._on_tick()
-        return study.curves._theory
+        return study.curves.source.theory
 
     assert wait_until(theory)
     study.team.set_pose(1, -2.0, 0.0, 0.0)
     study.team.team_changed.emit()
-    assert study.curves._theory is None
+    assert study.curves.source.theory is None
     assert wait_until(theory)[1][0] > 0.0
 
 

@@ -3,6 +3,7 @@
 import os
 
 import numpy as np
+import pytest
 
 from mrs_simulator import load_scenario, run_experiment
 
@@ -18,6 +19,16 @@ def shipped(name, parameters=None, rate=None, **changes):
         control["rate"] = rate
         changes["step"] = min(0.02, 1.0 / rate)
     return scenario.changed(control=control, **changes)
+
+
+# Of a shipped scenario's duration: enough for theory to speak of all; before a release the whole.
+SHARES = pytest.mark.parametrize("share", [0.6, pytest.param(1.0, marks=pytest.mark.release)])
+
+
+def part_of_shipped(name, share):
+    """Return the shipped scenario, ended after this share of its duration."""
+    scenario = shipped(name)
+    return scenario._replace(duration=share * scenario.duration)
 
 
 def near_the_line(directory):

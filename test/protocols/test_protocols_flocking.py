@@ -2,16 +2,17 @@
 
 import numpy as np
 import pytest
-from protocol_fixtures import check, failed, shipped, verdict_of
+from protocol_fixtures import SHARES, check, failed, part_of_shipped, shipped, verdict_of
 
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.protocols.flocking import equations as laws
 from mrs_simulator.protocols.flocking.law import CuckerSmale, Flocking, Reynolds, Vicsek
 
 
+@SHARES
 @pytest.mark.parametrize("name", ["flocking", "cucker_smale", "vicsek", "reynolds"])
-def test_the_example_passes_and_every_claim_is_tested(tmp_path, name):
-    verdict = verdict_of(shipped(name), tmp_path)
+def test_the_example_passes_and_every_claim_is_tested(tmp_path, name, share):
+    verdict = verdict_of(part_of_shipped(name, share), tmp_path)
     assert all(check["passed"] for check in verdict["checks"]), verdict["checks"]
     assert verdict["order_at_end"] > max(0.9, verdict["order_at_start"] - 0.1)
     if shipped(name).fidelity == "kinematic":

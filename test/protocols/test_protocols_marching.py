@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from protocol_fixtures import as_points, check, failed, shipped, verdict_of
+from protocol_fixtures import SHARES, as_points, check, failed, part_of_shipped, shipped, verdict_of
 
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols.making import make_control
@@ -169,9 +169,10 @@ def test_without_feed_forward_a_chain_lags_by_i_v_over_kappa():
     np.testing.assert_allclose(lag[:, 1], 0.0, atol=1e-9)
 
 
+@SHARES
 @pytest.mark.parametrize("name", sorted(HOLDS))
-def test_the_shipped_scenario_passes(tmp_path, name):
-    verdict = verdict_of(shipped(name), tmp_path)
+def test_the_shipped_scenario_passes(tmp_path, name, share):
+    verdict = verdict_of(part_of_shipped(name, share), tmp_path)
     assert verdict["passed"], failed(verdict)
     # Nothing was left out: theory speaks of the whole run.
     assert all(check["passed"] for check in verdict["checks"])

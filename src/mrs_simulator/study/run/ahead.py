@@ -33,6 +33,7 @@ ALIKE = 1e-3  # [m] within which the recorded run is the repeated one
 MOST_SHOWN = 300  # [-] samples of a future
 FIDELITIES = ("point_mass", "kinematic")  # of robots that can be put elsewhere
 NOT_MOVED = "what if: fidelity {}, wanted one of {}: with forces no robot can be put elsewhere"
+TOO_LATE = "at {:.1f} s: wanted a moment within the first {:g} s, 1.5 times the scenario's duration"
 UNLIKE = (
     "the run is not to be had by simulating it again: robot{} was {:.3g} m elsewhere at {:.2f} s; "
     "wanted a run of the simulation that nobody disturbed"
@@ -80,13 +81,21 @@ class Moments:
         return int(round(moment / self.scenario.step)) // every * every
 
     def reach(self, moment, seconds=np.inf):
-        """Go on to ``moment`` [s] for ``seconds`` of wall time at most; return whether it is near."""
+        """Go on to ``moment`` [s] for about ``seconds`` of wall time; return whether it is near.
+
+        A call goes on by one snapshot at least.
+        """
         end, wanted = time.perf_counter() + seconds, self.step_at(moment)
+        if wanted > self.step_at(self.scenario.duration):
+            raise ValueError(TOO_LATE.format(moment, self.scenario.duration))
         if self._kept[-1][0] + self._gap > wanted:
             return True
         self._back_to(self._kept[-1][0])
         while self._kept[-1][0] + self._gap <= wanted:
-            if time.perf_counter() > end or not self._next():
+            before = len(self._kept)
+            while len(self._kept) == before and self._next():
+                pass
+            if time.perf_counter() > end or len(self._kept) == before:
                 return False
         return True
 

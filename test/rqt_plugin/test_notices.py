@@ -1,5 +1,6 @@
 """Banners and messages: errors, laws being loaded, saving, edits that a crash has left."""
 
+import functools
 import os
 import threading
 from unittest.mock import MagicMock
@@ -135,7 +136,8 @@ def test_saving_shows_how_far_it_is_and_can_be_cancelled(make_study, monkeypatch
     study.history.saved, cancelled = 0.0, threading.Event()
     monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
     files = study.study.files
-    monkeypatch.setattr(files, "save", lambda *_: setattr(files, "saving", "run.csv"))
+    begin = functools.partial(setattr, files, "saving", "run.csv")
+    monkeypatch.setattr(files, "saver", lambda *_: begin)
     monkeypatch.setattr(files, "cancel", cancelled.set)
     study.save_results(str(tmp_path))
     assert study.banners.text("saving").startswith("Saving: run.csv, 0 s")

@@ -23,7 +23,7 @@ class Results:
         self._since = None  # [s], when the saving that is under way began
         self.directory = None  # of the run saved last
         # Times that the history had been cleared when it was saved, and for what is being saved.
-        self._cleared, self._saves = -1, -1
+        self._cleared, self._saves = -1, history.cleared
         self._waiting = []  # what is to be saved next: how it begins, and the same of it
 
     def can_be_saved(self):

@@ -23,7 +23,7 @@ click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
 def formed():
     pose = gui.connection.snapshot().pose
-    return abs(pose[:-1, 0] - pose[1:, 0] - 2.0).max() < 0.2 and pose[:, 1].ptp() < 0.05
+    return abs(pose[:-1, 0] - pose[1:, 0] - 2.0).max() < 0.2 and pose[:, 1].ptp() < 0.2
 until(lambda: gui.connection.snapshot() and len(gui.connection.snapshot().pose) == 4)
 assert not formed()
 click("control")
@@ -33,8 +33,8 @@ assert gui.map.grab().width() > 300
 QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
 until(lambda: not gui.study.is_controlled())
 gui.save_results(sys.argv[2])
-until(lambda: gui.verdict.verdict)
-assert gui.results_tabs.currentWidget() is gui.verdict
+# The verdict in passing stands there already: that of the saved run brings its tab to the front.
+until(lambda: gui.results_tabs.currentWidget() is gui.verdict)
 assert gui.verdict.row("ended")["result"] == "passed"
 click("end")
 until(lambda: not gui.connection.is_fresh("stage"))

@@ -102,6 +102,7 @@ class MapPanel(QWidget):
             self.modes[mode] = button
         self.modes["look"].setChecked(True)
         self.lesser = ModeMenu(self.modes)
+        self.lesser.fold(True)  # lest a narrow window is widened before it is first shown
         row.addWidget(self.lesser)
 
     def _build_help(self):

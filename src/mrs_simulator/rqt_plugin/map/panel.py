@@ -93,6 +93,7 @@ class MapPanel(QWidget):
         row = QHBoxLayout(group)
         row.setContentsMargins(0, 0, 12, 0)
         row.setSpacing(0)
+        group.setMinimumWidth(1)  # else no window is narrow enough to fold them
         self._row.addWidget(group)
         for mode, text, tip in MODES:
             button = _tool(text, tip)

@@ -136,6 +136,42 @@ def test_distances_are_reached_and_the_centroid_stays(start):
     np.testing.assert_allclose(laws.length_excess(end[np.newaxis], places, BRACED), 0.0, atol=1e-6)
 
 
+def elsewhere():
+    """Return a scenario from whose start lengths rest at others: an equilibrium far from the shape."""
+    places = [(-1.623688, -7.033273), (-0.982692, -1.258332), (-6.258586, 7.157187)]
+    places += [(5.835228, 6.54722), (-7.681236, 3.489533), (5.872762, 0.530648)]
+    edges = [(1, 2), (2, 3), (3, 4), (4, 5), (5, 6), (6, 1), (1, 4), (1, 5), (2, 6)]
+    pose = np.array([[x - 0.1, y, 0.0] for x, y in places])
+    scenario = as_points(shipped("distance_formation"))
+    return scenario._replace(poses=pose, topology=Topology(6, edges, directed=False), duration=60.0)
+
+
+def test_where_lengths_rest_elsewhere_the_local_theorem_is_not_judged():
+    (check,) = [c for c in simulate(elsewhere()).verdict["checks"] if "worst length" in c["name"]]
+    assert check["passed"] is None
+    assert "the theorem is local, and from this start the law rests" in check["note"]
+
+
+def test_other_lengths_than_those_that_are_reached_are_false():
+    class Longer(library.DistanceFormation):
+        def _worst_length(self, hand):
+            return super()._worst_length(hand) + 0.05
+
+    verdict = simulate(as_points(shipped("distance_formation")), protocol=Longer).verdict
+    (check,) = [c for c in verdict["checks"] if "worst length" in c["name"]]
+    assert check["passed"] is False and "false of the law itself" in check["note"]
+
+
+def test_terms_that_cancel_are_a_rest():
+    graph = Topology(3, [(1, 2), (2, 3), (1, 3)], directed=False)
+    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    places = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]) * (14.0 / 6.0) ** 0.5
+    # d^2 = 7/3: terms 4/3 of lengths 1 (four), 10/3 of length 2 (two); robots 1 and 3 are left with 2.
+    assert laws.imbalance(line, places, graph) == pytest.approx(4.0 / 12.0)
+    places = np.array([[0.0, 0.0], [3.0**0.5, 0.0], [0.75**0.5, 1.5]])
+    assert laws.imbalance(line, places, graph) < 1e-15  # 1 (1 - 3) + 2 (4 - 3) = 0
+
+
 def test_bearings_are_reached_and_centroid_and_scale_stay(start):
     places = laws.shape_places("circle", 6, 3.0)
     end = held(lambda p: laws.bearing_formation(p, places, BRACED), start, 10.0, 0.002, 12000)

@@ -38,6 +38,8 @@ class Claim(NamedTuple):
     (d,) [m], if it says so.  ``question``: one of ``QUESTIONS``; those of the
     theorem are tested on the exact solution too.  ``motion``: it is about robots that move freely, and so
     not about a run in which bodies touched.  ``decays``: of a rate, the quantity whose rate it is.
+    ``outside``: of a local theorem, a function of the points (n, d) [m] at which the law itself comes to
+    rest; it returns why the start was not near enough for the theorem, "" where that does not show.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Claim(NamedTuple):
     question: str = THEOREM
     motion: bool = True
     decays: Any = None
+    outside: Any = None
 
 
 class Condition(NamedTuple):

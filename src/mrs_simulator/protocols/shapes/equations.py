@@ -94,6 +94,19 @@ def length_excess(points, places, topology):
     return np.sum((points[:, receiver] - points[:, sender]) ** 2, axis=-1) - wanted
 
 
+def imbalance(points, places, topology):
+    """Return ``sum_i |sum_j f_ij| / sum_ij |f_ij|`` of the terms of :func:`distance_formation`.
+
+    At ``points`` (n, d): 0 where all robots rest though lengths are wrong, 1 without terms.
+    """
+    receiver, sender, weight = topology.arcs
+    excess = weight * length_excess(points[np.newaxis], places, topology)[0]
+    terms, sums = excess[:, np.newaxis] * (points[sender] - points[receiver]), np.zeros_like(points)
+    np.add.at(sums, receiver, terms)
+    whole = np.linalg.norm(terms, axis=1).sum()
+    return float(np.linalg.norm(sums, axis=1).sum() / whole) if whole > 0.0 else 1.0
+
+
 def lengthening(points, modes, topology):
     """Return ``a_ij p_ij . (v_i - v_j)``, (arcs, k) [m], of ``modes`` v (d n, k) of ``points`` (n, d).
 

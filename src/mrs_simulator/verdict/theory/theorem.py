@@ -28,6 +28,7 @@ FALSE = "false of the law itself: {} from this start {}"
 HELD = "false by held commands: {} {}, and {} with twice the commands"
 SHORT = "run too short for this claim: {} s are needed, {} s were run"
 OPEN = "run too short for this claim: {} {}"
+OUTSIDE = "does not apply: {}"
 CHAOTIC = "does not apply: {} misses it, and is chaotic from this start"
 BY_CHANCE = "run too short for this claim, or chance: the exact solution with this seed {}"
 NO_RATE = "does not apply: the exact solution shows no rate for long enough"
@@ -113,6 +114,9 @@ class Points:
         off = None if nudged is None else measured_of(nudged, claim)
         if off is None or not _same(off, last, claim.tolerance):
             return Answer(None, CHAOTIC.format(self.WHO))
+        why = "" if claim.outside is None else call(claim.outside, self._for(share).hand[-1])
+        if why:
+            return Answer(None, OUTSIDE.format(why))
         said = _had(last) + " after {} s".format(_rounded(self._lasted(share)))
         return self._falsified(claim, share, said)
 

@@ -13,6 +13,7 @@ from mrs_simulator.core.claims import (
     distance_to,
     extent,
     invariant,
+    listed,
     rate,
 )
 from mrs_simulator.core.graphs import Topology
@@ -90,3 +91,10 @@ def test_two_points_in_space_agree_as_in_closed_form():
     energy = laplacian_energy(Topology(2, [(1, 2)], directed=False), 0.5)
     assert energy.of(TWO[0], None, 0.0) == pytest.approx(24.5)
     assert energy.spent(TWO[0], None, 0.0) == pytest.approx(49.0)
+
+
+def test_rates_the_wrong_way_round_and_single_claims():
+    with pytest.raises(TypeError, match="wanted a number .1/s., and then a function"):
+        rate(lambda hand: hand[:, 0, 0], 0.5)
+    alone = converges_to([0.0, 0.0])
+    assert listed(alone) == [alone] and listed((alone, alone)) == [alone, alone]

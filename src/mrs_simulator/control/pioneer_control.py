@@ -14,7 +14,7 @@ from mrs_simulator.control.positions import (  # noqa: F401, laws import them fr
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.safety_filter import SafetyFilter
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.core.claims import without_theorem
+from mrs_simulator.core.claims import listed, without_theorem
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import checked_values
 from mrs_simulator.core.graphs import Topology
@@ -186,11 +186,11 @@ class PioneerControl(LawHooks):
     def all_claims(self, start):
         """Return what theory says of a run from ``start`` (n, d) over the edges that there are."""
         if self.runner.network is None:
-            return list(self.claims(start))
+            return listed(self.claims(start))
         known = self.claims_over_links(start)
         if known is not None:
-            return list(known)
-        return without_theorem(self.claims(start), "edges are " + self.links.faults)
+            return listed(known)
+        return without_theorem(listed(self.claims(start)), "edges are " + self.links.faults)
 
     def predicted_track(self, start, time):
         """Return the prediction over the edges that there are, as :meth:`prediction` does."""

@@ -71,6 +71,11 @@ class Condition(NamedTuple):
     necessary: bool = False
 
 
+def listed(claims):
+    """Return ``claims`` as a list: a ``Claim`` or ``Condition`` alone is one of them."""
+    return [claims] if isinstance(claims, (Claim, Condition)) else list(claims)
+
+
 def converges_to(points, tolerance=0.05, name="final distance from the limit [m]", free=False):
     """Claim that the hand points end at ``points``, (n, d) or one point (d,) [m], within ``tolerance``."""
     points = np.asarray(points, dtype=float)
@@ -95,7 +100,10 @@ def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True, floor=0.
     ``tolerance`` is a share of ``value``.  Measured by a straight line through the logarithm of the
     last part of the decay above ``floor``, in the quantity's unit, where the slowest mode is left; a
     ``floor`` of None says that these robots follow small velocities in part only, and show no rate.
+    Raises ``TypeError`` where the two are the other way round.
     """
+    if callable(value) or not callable(of):
+        raise TypeError("rate(value, of): wanted a number [1/s], and then a function of the points")
     return Claim(
         name,
         float(value),

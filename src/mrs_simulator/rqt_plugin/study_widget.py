@@ -36,6 +36,8 @@ from mrs_simulator.scenario.scenario import Scenario, scenario_from_yaml
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
 TICK = 100  # [ms] between two looks at everything else
+STARTING = ("run", "simulate", "control")  # actions that use what is edited
+REFUSED = "not started: a parameter is refused, for the reason below its field"
 
 
 class StudyWidget(StudyPanels):
@@ -124,8 +126,12 @@ class StudyWidget(StudyPanels):
         if name.startswith(EXPORT):
             self.export.do(name[len(EXPORT) :])
             return
-        before = self.scenario
         self.close_error()  # that of what was done before
+        if name in STARTING and not self._finish_edits():
+            self.bring_forward("Protocol")
+            self.say(ErrorMessage(REFUSED))
+            return
+        before = self.scenario
         if name == "run":
             self.say(self.whole.begin(self.bar.speed()))
         else:
@@ -135,6 +141,13 @@ class StudyWidget(StudyPanels):
         if self.scenario is not before:  # that of a stage that was started elsewhere
             self.editing.show()
         self._show_checking()
+
+    def _finish_edits(self):
+        """Take over what is being typed; return whether all parameters are allowed."""
+        focused = QApplication.focusWidget()
+        if focused is not None and self.isAncestorOf(focused):
+            focused.clearFocus()  # by which its field takes the text over
+        return self.protocol.finish()
 
     @guarded
     def _on_start_anyway(self):

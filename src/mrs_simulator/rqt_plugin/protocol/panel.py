@@ -172,6 +172,10 @@ class ProtocolPanel(QWidget):
         """Return the values in force, or as last sent."""
         return self._form.values()
 
+    def finish(self):
+        """Apply pending texts of the parameters; return whether all are allowed."""
+        return self._form.finish()
+
     def set_warnings(self, warnings):
         """Show warnings (name: text) beside their parameters; those of "" below the form."""
         self._form.set_warnings(warnings)

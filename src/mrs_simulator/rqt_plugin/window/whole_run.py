@@ -79,6 +79,8 @@ class WholeRun:
             said = self._study.do("control")
             self._say(said)
             self._wait_for("" if isinstance(said, ErrorMessage) else "controller")
+        elif self._waits == "simulation" and self._study.processes.is_gone("stage"):
+            self._waits = ""  # it was refused: messages say why
         elif time.monotonic() - self._since > START_LIMIT:
             self._say(ErrorMessage(LATE.format(self._waits, START_LIMIT)))
             self._waits = ""
@@ -96,9 +98,11 @@ class WholeRun:
             self._waits = ""  # stopped, or failed: messages say why
             return
         snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
-        if history.begun is None or snapshot is None:
+        if snapshot is None or not len(history.time):
             return
-        if snapshot.time - history.begun >= ran.duration - ENOUGH:
+        # A law that never moves a robot ends, too: none began with a command then.
+        begun = history.time[0] if history.begun is None else history.begun
+        if snapshot.time - begun >= ran.duration - ENOUGH:
             self._waits = ""
             if not connection.newest("stage").paused:
                 self._study.do("pause")

@@ -45,6 +45,7 @@ def test_run_takes_over_what_is_being_typed(study):
     typed(study, "0.031")
     study.bar.asked.emit("run")
     assert study.begun == [0.031]
+    assert QApplication.focusWidget() is not None  # the window's keys still work
 
 
 def test_run_begins_nothing_with_a_refused_parameter(study):
@@ -60,7 +61,7 @@ def test_run_begins_nothing_with_a_refused_parameter(study):
 def test_a_run_ends_after_its_duration_though_no_robot_moves(begun):
     study, results = MagicMock(), MagicMock()
     study.is_controlled.return_value = True
-    history = SimpleNamespace(begun=begun, time=[0.0, 0.1], cleared=2, scenario=None)
+    history = SimpleNamespace(begun=begun, time=[0.0], cleared=2, scenario=None, recorded="run")
     study.scenario.duration = 5.0
     whole = WholeRun(study, history, results, lambda said: None)
     whole._wait_for("end")

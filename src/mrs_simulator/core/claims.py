@@ -102,7 +102,7 @@ def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True, floor=0.
     ``floor`` of None says that these robots follow small velocities in part only, and show no rate.
     Raises ``TypeError`` where the two are the other way round.
     """
-    if callable(value) or not callable(of):
+    if callable(value):
         raise TypeError("rate(value, of): wanted a number [1/s], and then a function of the points")
     return Claim(
         name,

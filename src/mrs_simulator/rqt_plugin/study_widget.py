@@ -147,6 +147,8 @@ class StudyWidget(StudyPanels):
         focused = QApplication.focusWidget()
         if focused is not None and self.isAncestorOf(focused):
             focused.clearFocus()  # by which its field takes the text over
+            # Without a focus in the window its keys would sleep.
+            (focused if focused.isVisible() else self.map).setFocus()
         return self.protocol.finish()
 
     @guarded

@@ -98,10 +98,13 @@ class WholeRun:
             self._waits = ""  # stopped, or failed: messages say why
             return
         snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
-        if snapshot is None or not len(history.time):
+        begun = history.begun
+        if begun is None and history.recorded is not None and len(history.time):
+            begun = history.time[
+                0
+            ]  # of a law that never moves a robot, recorded from its beginning
+        if begun is None or snapshot is None:
             return
-        # A law that never moves a robot ends, too: none began with a command then.
-        begun = history.time[0] if history.begun is None else history.begun
         if snapshot.time - begun >= ran.duration - ENOUGH:
             self._waits = ""
             if not connection.newest("stage").paused:

@@ -100,9 +100,8 @@ class WholeRun:
         snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
         begun = history.begun
         if begun is None and history.recorded is not None and len(history.time):
-            begun = history.time[
-                0
-            ]  # of a law that never moves a robot, recorded from its beginning
+            # Of a law that never moves a robot, recorded from its beginning.
+            begun = history.time[0]
         if begun is None or snapshot is None:
             return
         if snapshot.time - begun >= ran.duration - ENOUGH:

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import socket
+import time
 import xmlrpc.client
 
 import pytest
@@ -196,12 +197,16 @@ def test_a_team_without_some_robots_of_the_graph_is_set(ros, tmp_path):
 def test_collisions_are_published_once(ros):
     stage, probe = start(ros, "--robots", 2)
     probe.ask("set_team([[0, 0, 0], [1, 0, 3.14159265]])")
+    # Time waits until both have their commands, however busy the machine is.
+    probe.ask("call('/stage/pause', SetBool, True)")
+    probe.wait("status('paused')")
     probe.ask("drive([1, 2], 0.5, 0.0)")
+    time.sleep(0.5)
+    probe.ask("call('/stage/pause', SetBool, False)")
     probe.wait("collisions")
     probe.wait("status('collisions') == 1")
     first = probe.ask("collisions[0][:3]")
-    # On a busy machine one robot may get its command some hundredths of a second after the other.
-    assert first == ["robot1", "robot2", pytest.approx(0.5, abs=0.1)]
+    assert first == ["robot1", "robot2", pytest.approx(0.5, abs=0.02)]
     assert probe.ask("status('closest_approach')") == pytest.approx(0.42, abs=0.02)
     assert probe.ask("len(collisions)") == 1
     assert "collision of robot1 and robot2" in log_of(stage)

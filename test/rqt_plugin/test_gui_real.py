@@ -124,8 +124,10 @@ until(lambda: not gui.study.preflight.running)
 assert gui.preflight.title().startswith("All robots ready")
 assert not gui.study.processes.is_running("control")
 click("control")
+assert gui.study.preflight.starting and gui.bar.button("stop").isEnabled()
 QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
-until(lambda: gui.bar.button("control").isEnabled())
+assert not gui.study.preflight.starting
+until(lambda: not gui.study.preflight.running)
 assert not gui.study.processes.is_running("control")
 """
     )

@@ -140,7 +140,7 @@ class StudyWidget(StudyPanels):
             self.whole.give_up()
         if self.scenario is not before:  # that of a stage that was started elsewhere
             self.editing.show()
-        self._show_checking()
+        self._show_begun()
 
     def _finish_edits(self):
         """Take over what is being typed; return whether all parameters are allowed."""
@@ -155,12 +155,13 @@ class StudyWidget(StudyPanels):
     def _on_start_anyway(self):
         self.close_error()  # that of the check which held the start
         self.say(self.study.control.start_anyway())
-        self._show_checking()
+        self._show_begun()
 
-    def _show_checking(self):
+    def _show_begun(self):
         if self.study.preflight.running:
             self.preflight.set_running(self.study.preflight.starting)
             self.results_tabs.setCurrentWidget(self.preflight)
+        self._show_possible()  # a click on Stop may follow before the next tick
 
     @guarded
     def _on_emergency(self, on):

@@ -17,6 +17,7 @@ from mrs_simulator.ros.message_forms.sensor_messages import (
 )
 from mrs_simulator.ros.node.node_parameters import SENSOR_TOPIC
 from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.ros.receive.withdrawal import withdraw
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.study.run.sensor_files import SensorFiles, lines_of, recorded_sensors
@@ -129,7 +130,7 @@ class SensorSource:
         """Stop to listen, write what waits, and return what is missing, a list of texts."""
         for own in self._all():
             for subscriber in own:
-                subscriber.unregister()
+                withdraw(subscriber)
         with self._lock:
             files, self._files = self._files, None
         files.close()

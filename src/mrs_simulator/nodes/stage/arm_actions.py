@@ -7,6 +7,8 @@ import actionlib
 import rospy
 from control_msgs.msg import FollowJointTrajectoryAction, FollowJointTrajectoryResult
 
+from mrs_simulator.ros.receive.withdrawal import withdraw
+
 NAME = "/robot{}/arm_controller/follow_joint_trajectory"
 NAP = 0.01  # [s] of wall time between two looks at how far an arm has come
 
@@ -49,6 +51,6 @@ class ArmAction:
         """Withdraw the action's topics."""
         server = self._server.action_server
         for topic in (server.goal_sub, server.cancel_sub):
-            topic.unregister()
+            withdraw(topic)
         for topic in (server.status_pub, server.result_pub, server.feedback_pub):
             topic.unregister()

@@ -8,6 +8,7 @@ import rospy
 from sensor_msgs.msg import JointState
 
 from mrs_simulator.nodes.stage.part import StagePart
+from mrs_simulator.ros.receive.withdrawal import withdraw
 from mrs_simulator.vehicles.arms.path import JointPath, PathError
 
 STATES, COMMAND = "/robot{}/joint_states", "/robot{}/arm_controller/command"
@@ -31,7 +32,7 @@ class ArmTopics(StagePart):
     def follow_team(self, scenario):
         """Open the topics of the world's robots, instead of those before."""
         for topic in self._open:
-            topic.unregister()
+            withdraw(topic)
         self._open, self._states, self._paths = [], {}, {}
         team = self._world.team
         groups = team.arms if team.has_arms else ()

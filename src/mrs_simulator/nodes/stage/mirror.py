@@ -9,6 +9,7 @@ from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.stage.part import StagePart
 from mrs_simulator.ros.message_forms.messages import ControlStatus, read_control_status
 from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.ros.receive.withdrawal import withdraw
 from mrs_simulator.scenario.scenario import FARTHEST
 
 REST = (0.0, 0.0, 0.0)  # a body's twist
@@ -104,4 +105,4 @@ class RealTopics:
     def close(self):
         """Withdraw both topics."""
         for subscriber in self._subscribers:
-            subscriber.unregister()
+            withdraw(subscriber)

@@ -22,6 +22,7 @@ from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, Quic
 from mrs_simulator.ros.node.senders import Senders
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.receive.shared_receiver import SharedReceiver
+from mrs_simulator.ros.receive.withdrawal import withdraw
 from mrs_simulator.vehicles.team import on_all_axes
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
@@ -112,7 +113,7 @@ class Link:
     def close(self):
         """Withdraw both topics."""
         self._publisher.unregister()
-        self._subscriber.unregister()
+        withdraw(self._subscriber)
 
 
 class RobotTopics(Link):

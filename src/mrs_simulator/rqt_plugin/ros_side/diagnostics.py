@@ -7,6 +7,7 @@ from typing import NamedTuple, Tuple
 import rospy
 
 from mrs_simulator.ros.message_forms.defined_types import DiagnosticArray
+from mrs_simulator.ros.receive.withdrawal import withdraw
 
 TOPIC = "/diagnostics"
 LEVELS = ("good", "warning", "error", "stale")  # of diagnostic_msgs, by number
@@ -72,7 +73,7 @@ class DiagnosticsConnection:
     def close(self):
         """Unsubscribe."""
         if self.subscriber is not None:
-            self.subscriber.unregister()
+            withdraw(self.subscriber)
             self.subscriber = None
         with self._lock:
             self._parts.clear()

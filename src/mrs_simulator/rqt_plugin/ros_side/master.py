@@ -16,6 +16,7 @@ from mrs_simulator.ros.message_forms.messages import (
     TeamOdometry,
     TeamState,
 )
+from mrs_simulator.ros.receive.withdrawal import withdraw
 
 LOOK_PERIOD = 1.0  # [s] of wall time between queries of the master
 LEAST_PERIOD = 0.1  # [s] of it when the selected sensors change
@@ -133,7 +134,7 @@ class MasterWatch:
 
     def _withdraw(self):
         for subscriber in self.subscribers.values():
-            subscriber.unregister()
+            withdraw(subscriber)
         self._robots.forget()
         self._sensors.close()
         self._diagnostics.close()

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, compose
 from mrs_simulator.core.spatial import Spatial, headings, turned
 from mrs_simulator.ros.receive.odometry_inbox import lifted, planar
+from mrs_simulator.ros.receive.withdrawal import withdraw
 from mrs_simulator.state.state_table import StateTable
 
 ROBOT = re.compile(r"^/robot(\d+)/")
@@ -104,7 +105,7 @@ class RobotsConnection:
                 topic, Odometry, self._on_odometry, number, queue_size=1
             )
             if before is not None:
-                before.unregister()
+                withdraw(before)
 
     def _on_odometry(self, message, number):
         twist, stamp = message.twist.twist, message.header.stamp.to_sec()
@@ -121,7 +122,7 @@ class RobotsConnection:
     def forget(self):
         """Unsubscribe from all robots, and drop what they published."""
         for number in list(self._subscribers):
-            self._subscribers.pop(number).unregister()
+            withdraw(self._subscribers.pop(number))
         with self._lock:
             self._received.clear()
 

@@ -9,6 +9,7 @@ import rospy
 
 from mrs_simulator.ros.message_forms.messages import MessageError
 from mrs_simulator.ros.message_forms.sensor_messages import forms_of, others_of, stamp_of
+from mrs_simulator.ros.receive.withdrawal import withdraw
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
 
 PROMPT = dict(queue_size=1, tcp_nodelay=True)
@@ -193,7 +194,7 @@ class SensorSubscription:
     def close(self):
         """Unsubscribe."""
         for subscriber in self.subscribers:
-            subscriber.unregister()
+            withdraw(subscriber)
         with self._lock:
             self._subscriptions, self._parts = {}, {}
             self._newest = self._counted = None

@@ -56,7 +56,7 @@ MOVED = {
     "core.scenario": "scenario.scenario",
     "core.verdict": "verdict.verdict",
     "study.animation": "study.draw.animation",
-    "study.bag": "study.results.bag",
+    "study.bag": "study.results.bag_reading",
     "study.check_protocol": "study.check.check_protocol",
     "study.compare": "study.results.compare",
     "study.experiment": "study.run.experiment",

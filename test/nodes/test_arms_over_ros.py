@@ -13,7 +13,7 @@ from test_carrying import scenario
 
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import scenario_from_dict
-from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.study.results.bag_reading import read_bag
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles.arms.models import PANDA, chain_of
 from mrs_simulator.vehicles.arms.path import JointPath, PathError

@@ -10,11 +10,11 @@ import yaml
 from mixed_runs import in_gui, run_file
 from ros_fixtures import PATIENCE, log_of, wait_until
 
-from mrs_simulator.nodes.record.bag import ESTIMATES, bagged_forms
+from mrs_simulator.nodes.record.bag_recording import ESTIMATES, bagged_forms
 from mrs_simulator.nodes.record.bag_size import RECORD, size_text, written
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
-from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.study.results.bag_reading import read_bag
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.verdict.estimation import estimation_measures
 

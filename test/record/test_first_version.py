@@ -13,7 +13,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.record.recording import Recorder, read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.state.state_table import StateTable
-from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.study.results.bag_reading import read_bag
 from mrs_simulator.verdict.verdict import judge
 
 DATA = os.path.join(

@@ -8,7 +8,7 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 
 from mrs_simulator.core.spatial import Spatial
-from mrs_simulator.nodes.control.transform_inbox import TransformInbox
+from mrs_simulator.nodes.control.tf_inbox import TransformInbox
 from mrs_simulator.ros.message_forms.messages import team_odometry
 from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry
 from mrs_simulator.ros.receive import odometry_inbox

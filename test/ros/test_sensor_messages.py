@@ -9,7 +9,7 @@ import rospy
 from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Header
 
-from mrs_simulator.nodes.record.bag import command_of
+from mrs_simulator.nodes.record.bag_recording import command_of
 from mrs_simulator.nodes.stage import sensor_topics
 from mrs_simulator.nodes.stage.robot_topics import Frames
 from mrs_simulator.ros.message_forms import defined_types, sensor_messages

@@ -133,7 +133,7 @@ import glob
 until(lambda: glob.glob(os.path.expanduser("~/mrs_runs/*.bag")))
 """
     )
-    from mrs_simulator.study.results.bag import read_bag
+    from mrs_simulator.study.results.bag_reading import read_bag
 
     (bag,) = (tmp_path / "mrs_runs").glob("*.bag")
     assert list(

@@ -13,11 +13,11 @@ from mrs_simulator.core.spatial import headings
 from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import master as master_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
+from mrs_simulator.rqt_plugin.ros_side.emergency_stop import StopTopic
 from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
 from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
-from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.state.columns import SPATIAL

@@ -12,7 +12,7 @@ from mrs_simulator.msg import ControlStatus, StageStatus, TeamCommand
 from mrs_simulator.record.recording import RunError
 from mrs_simulator.ros.message_forms.messages import read_answered
 from mrs_simulator.scenario.scenario import scenario_from_dict
-from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.study.results.bag_reading import read_bag
 from mrs_simulator.verdict.verdict import judge
 
 SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}

@@ -23,7 +23,7 @@ from mrs_simulator.world import checks
 from mrs_simulator.world.arms.grasp_state import GraspState, refuse_load
 from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.clock import Clock
-from mrs_simulator.world.commands import EVERY, Commands
+from mrs_simulator.world.command_watchdogs import EVERY, Commands
 from mrs_simulator.world.contact.contacts import Contacts
 from mrs_simulator.world.contact.obstacle_tracks import ObstacleTracks
 from mrs_simulator.world.contact.shores import Shore, has_shore, refuse_wheels_in_water

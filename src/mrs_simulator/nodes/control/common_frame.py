@@ -293,7 +293,7 @@ class TfFrame(LocalisedFrame):
     WHAT = "transform"
 
     def _open_poses(self):
-        from mrs_simulator.nodes.control.transform_inbox import (
+        from mrs_simulator.nodes.control.tf_inbox import (
             TransformInbox,  # tf only where it is wanted
         )
 

@@ -7,12 +7,12 @@ from mrs_simulator.rqt_plugin.connection import Connection
 from mrs_simulator.rqt_plugin.received import SILENCE
 from mrs_simulator.rqt_plugin.ros_side import controller_parameters, service_calls
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
+from mrs_simulator.rqt_plugin.ros_side.emergency_stop import StopTopic
 from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
 from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, ServiceCalls
-from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
 from mrs_simulator.state.columns import REAL
 
 END_LIMIT = 2.0  # [s] of wall time that the last requests have

@@ -179,7 +179,7 @@ def read_run(path, scenario_file=None):
         scenario_file = beside
     scenario = load_scenario(scenario_file) if scenario_file else None
     if path.endswith(".bag"):
-        from mrs_simulator.study.results.bag import read_bag  # needs ROS
+        from mrs_simulator.study.results.bag_reading import read_bag  # needs ROS
 
         run = read_bag(path, scenario)
     else:

@@ -34,7 +34,7 @@ from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
-from mrs_simulator.world.commands import FASTEST
+from mrs_simulator.world.command_watchdogs import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears

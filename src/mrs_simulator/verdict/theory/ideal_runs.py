@@ -16,7 +16,7 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.state.columns import COLUMNS
 from mrs_simulator.state.state_table import stacked
-from mrs_simulator.world.commands import FASTEST
+from mrs_simulator.world.command_watchdogs import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 # Keys of a scenario that ideal robots do without; those of its control.

@@ -18,11 +18,8 @@ HELP = (
 )
 
 
-class ObstacleKeys:
-    """What a person does to the obstacles of a ``MapView`` other than by dragging."""
-
-    def __init__(self, view):
-        self._view, self._editor, self.menu = view, view.editor, None
+class KeyActions:
+    """Keys that have actions; ``_action(event)`` returns that of a key, or None."""
 
     def press(self, event):
         """Do the action of the key; return whether it has one."""
@@ -34,6 +31,13 @@ class ObstacleKeys:
     def knows(self, event):
         """Return whether the key has an action."""
         return self._action(event) is not None
+
+
+class ObstacleKeys(KeyActions):
+    """What a person does to the obstacles of a ``MapView`` other than by dragging."""
+
+    def __init__(self, view):
+        self._view, self._editor, self.menu = view, view.editor, None
 
     def _action(self, event):
         key, editor = event.key(), self._editor

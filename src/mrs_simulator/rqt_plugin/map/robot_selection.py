@@ -5,7 +5,7 @@ import functools
 import numpy as np
 
 from mrs_simulator.rqt_plugin.map.arranging import X, Y, aligned, distributed, parallel, snapped
-from mrs_simulator.rqt_plugin.map.obstacle_keys import ARROWS, FINE_STEP, STEP
+from mrs_simulator.rqt_plugin.map.obstacle_keys import ARROWS, FINE_STEP, STEP, KeyActions
 from mrs_simulator.rqt_plugin.qt.QtCore import QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QMenu
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -21,7 +21,7 @@ ARRANGEMENTS = (
 )
 
 
-class RobotSelection:
+class RobotSelection(KeyActions):
     """The robots of a ``MapView`` that are edited together while its mode is ``poses``."""
 
     def __init__(self, view):
@@ -52,17 +52,6 @@ class RobotSelection:
         places = self._view.frame.to_screen(np.where(np.isfinite(team.pose), team.pose, 0.0))
         inside = [box.contains(x, y) for x, y in places.tolist()]
         self.take(n for n, known, there in zip(team.numbers, team.known, inside) if known and there)
-
-    def press(self, event):
-        """Do the action of the key; return whether it has one."""
-        action = self._action(event)
-        if action is not None:
-            action()
-        return action is not None
-
-    def knows(self, event):
-        """Return whether the key has an action."""
-        return self._action(event) is not None
 
     def _action(self, event):
         key, held = event.key(), event.modifiers() & ~Qt.KeypadModifier

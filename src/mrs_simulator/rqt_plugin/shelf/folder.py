@@ -1,14 +1,12 @@
 """The user's folder of runs: bounded, marked, with undo of deletions; without Qt and ROS."""
 
-import json
 import os
 import re
 import shutil
 import time
 
-from mrs_simulator.core.writing import write_text
+from mrs_simulator.rqt_plugin.run.user_settings import read_settings, user_directory, write_settings
 from mrs_simulator.rqt_plugin.shelf.entry import BAG, Entries, Marks, is_run, run_at, size_of
-from mrs_simulator.scenario.reading import read_json
 
 MOST_BYTES = 2 * 10**9  # [bytes] of all runs in the folder, unless the user wants others
 OWN = "mrs_simulator_runs"  # the folder's name below one that the user has chosen
@@ -28,35 +26,25 @@ class Shelf:
 
     def __init__(self, home=None):
         """``home``: default ``mrs_simulator`` in the user's data directory."""
-        data = os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share")
-        self.home = home or os.path.join(data, "mrs_simulator")
+        self.home = home or user_directory()
         self._entries = Entries()
 
     # Settings ------------------------------------------------------------------------------------
 
     def settings(self):
         """Return the settings: folder, most_bytes, watched, others and marks; wrong ones are left out."""
-        try:
-            kept = read_json(os.path.join(self.home, SETTINGS))
-        except (OSError, ValueError):
-            kept = {}
-        kept = kept if isinstance(kept, dict) else {}
-        result = {
+        usual = {
             "folder": os.path.join(self.home, "runs"),
             "most_bytes": MOST_BYTES,
             "watched": [os.path.join(os.path.expanduser("~"), SAVED)],
             "others": [],
             "marks": {},
         }
-        fitting = {k: v for k, v in kept.items() if isinstance(v, type(result.get(k)))}
-        return {**result, **fitting}
+        return read_settings(os.path.join(self.home, SETTINGS), usual)
 
     def change(self, **settings):
         """Keep other ``settings``; raises ``OSError`` where they cannot be written."""
-        os.makedirs(self.home, exist_ok=True)
-        changed = {**self.settings(), **settings}
-        text = json.dumps(changed, indent=2, sort_keys=True) + "\n"
-        write_text(os.path.join(self.home, SETTINGS), text)
+        write_settings(os.path.join(self.home, SETTINGS), {**self.settings(), **settings})
 
     @property
     def folder(self):

@@ -2,12 +2,11 @@
 
 import contextlib
 import hashlib
-import json
 import os
 import time
 
 from mrs_simulator.core.writing import write_text
-from mrs_simulator.scenario.reading import read_json
+from mrs_simulator.rqt_plugin.run.user_settings import read_settings, user_directory, write_settings
 
 FILE, EDITS = "start.json", "edits"
 MOST_RECENT, MOST_EDITS, MOST_SAVED = 12, 20, 200  # [-] kept of each
@@ -23,24 +22,16 @@ class StartMemory:
 
     def __init__(self, home=None):
         """``home``: default ``mrs_simulator`` in the user's data directory."""
-        data = os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share")
-        self.home = home or os.path.join(data, "mrs_simulator")
+        self.home = home or user_directory()
 
     def kept(self):
         """Return what is kept, by the names of ``USUAL``; wrong parts are left out."""
-        try:
-            read = read_json(os.path.join(self.home, FILE))
-        except (OSError, ValueError):
-            read = {}
-        read = read if isinstance(read, dict) else {}
-        return {**USUAL, **{k: v for k, v in read.items() if isinstance(v, type(USUAL.get(k)))}}
+        return read_settings(os.path.join(self.home, FILE), USUAL)
 
     def change(self, **changes):
         """Keep other values of some names."""
-        text = json.dumps({**self.kept(), **changes}, indent=2, sort_keys=True) + "\n"
         with contextlib.suppress(OSError):
-            os.makedirs(self.home, exist_ok=True)
-            write_text(os.path.join(self.home, FILE), text)
+            write_settings(os.path.join(self.home, FILE), {**self.kept(), **changes})
 
     def recent(self):
         """Return the paths of recent scenarios that are there, the newest first."""

@@ -36,6 +36,48 @@ def verdict_of(protocol, duration, rate=10.0, **changes):
     return simulate({**given, **changes}, protocol=protocol).verdict
 
 
+class Pursuit(PioneerControl):
+    """Cyclic pursuit turned by pi/n: a circle of neutral modes, which held commands let grow slowly."""
+
+    SHARE = 1.0
+
+    def pointMassLaw(self, hand):
+        ahead = np.exp(-1j * np.pi / len(hand)) * ((np.roll(hand, -1, axis=0) - hand) @ [1.0, 1j])
+        return np.column_stack([ahead.real, ahead.imag])
+
+    def claims(self, start):
+        modes = np.abs(np.fft.fft(start @ [1.0, 1j])) / len(start)
+        return [ends_at(self.radius, self.SHARE * modes[1], 0.05, "radius [m]")]
+
+    @staticmethod
+    def radius(hand):
+        return np.linalg.norm(hand - hand.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+
+
+class PursuitWrong(Pursuit):
+    SHARE = 1.1
+
+
+def radius_of(protocol, duration, rate):
+    angles = 2.0 * np.pi * np.arange(4) / 4
+    poses = [[3.0 * np.cos(a) + 0.4 * np.cos(2.0 * a), 3.0 * np.sin(a), 0.0] for a in angles]
+    control = {"saturation": "none"}
+    changes = {"poses": poses, "fidelity": "point_mass", "control": control}
+    return check(verdict_of(protocol, duration, rate, **changes), "radius [m]")
+
+
+@pytest.mark.parametrize("duration", [1.0, 10.0, 20.0])
+def test_a_drift_by_held_commands_is_no_mistake_of_the_law(duration):
+    found = radius_of(Pursuit, duration, 50.0)
+    assert found["passed"] is False and found["note"].startswith("false by held commands: ")
+    limit = float(found["note"].split("comes to ")[1].split()[0])
+    assert limit == pytest.approx(found["predicted"], abs=0.05)
+
+
+def test_a_wrong_limit_is_false_of_the_law_beside_a_drift_too():
+    assert radius_of(PursuitWrong, 10.0, 50.0)["note"].startswith("false of the law itself: ")
+
+
 @pytest.mark.parametrize("duration", [10.0, 40.0])
 def test_a_false_theorem_of_twists_is_false_of_the_law_itself(duration):
     found = check(verdict_of(Wrong, duration), "gap [m]")

@@ -26,6 +26,12 @@ PARTS = (1e-3, 1e-6, RATE_FLOOR)  # [-] of the start, between which the two part
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
 FALSE = "false of the law itself: {} from this start {}"
 HELD = "false by held commands: {} {}, and {} with twice the commands"
+SLOWLY_HELD = "false by held commands: {} {}, {}, and comes to {:.4g} as their period goes to 0"
+FINER = 1, 2, 4  # times as many commands, of whose three values a parabola in the period is made
+AT_ZERO = (
+    np.array([1.0, -6.0, 8.0]) / 3.0
+)  # its value at 0, from theirs: Richardson's extrapolation
+SHRINKS = 0.75  # [-] of a miss, that half the period leaves at most where the period is to blame
 SHORT = "run too short for this claim: {} s are needed, {} s were run"
 OPEN = "run too short for this claim: {} {}"
 OUTSIDE = "does not apply: {}"
@@ -121,12 +127,41 @@ class Points:
         return self._falsified(claim, share, said)
 
     def _falsified(self, claim, share, said):
-        """Return that ``claim`` is false, as is ``said``: of the law, or where it is held so long."""
+        """Return that ``claim`` is false, as is ``said``: of the law, or where it is held so long.
+
+        Neutral modes drift as long as commands are held at all, in longer runs by more: parts of it are
+        looked at, too.
+        """
         half = self._for(share, commands=2)
         found = None if half is None else measured_of(half, claim)
         if found is not None and found.passed:
             return Answer(False, HELD.format(self.WHO, said, _had(found)))
+        for doubled in range(int(np.log2(share)) + 1):
+            slowly = self._slowly_held(claim, 2.0**doubled)
+            if slowly:
+                return Answer(False, slowly)
         return Answer(False, FALSE.format(self.WHO, said))
+
+    def _slowly_held(self, claim, share):
+        """Return that ``claim`` would hold if commands were not held at all, in words, or ""."""
+        checks = []
+        for times in FINER:
+            run = self._for(share, commands=times)
+            check = None if run is None else measured_of(run, claim)
+            if check is None or check.difference is None:
+                return ""
+            if checks and abs(check.difference) > SHRINKS * abs(checks[-1].difference):
+                return ""
+            checks.append(check)
+        value = float(AT_ZERO @ [check.measured for check in checks])
+        if not measured_of(self.run, claim._replace(measure=lambda run: value)).passed:
+            return ""
+        said = "{} after {} s".format(_had(checks[0]), _rounded(self._lasted(share)))
+        finer = [
+            "{:.4g} with {} times the commands".format(check.measured, times)
+            for check, times in zip(checks[1:], FINER[1:])
+        ]
+        return SLOWLY_HELD.format(self.WHO, said, ", ".join(finer), value)
 
     def _decays_otherwise(self, claim, run, share):
         """Return the answer on the rate ``claim``, which ``run``, over ``share`` times the run, misses.
@@ -256,7 +291,7 @@ class Ideal(Points):
 
     def _followed(self, claim, seen):
         if self._waits(claim):  # and this run is as long as it wants
-            return Answer(False, FALSE.format(self.WHO, _had(seen[-1])))
+            return self._falsified(claim, 1.0, _had(seen[-1]))
         return super()._followed(claim, seen)
 
     def _computed(self, share, beside, commands):

@@ -18,7 +18,9 @@ def test_an_old_name_gives_the_module_itself_and_a_warning(old, monkeypatch):
         assert importlib.import_module(PACKAGE + old) is new
     assert new.__spec__.name == new.__name__ == PACKAGE + MOVED[old]
     own = importlib.import_module("mrs_simulator.protocols.consensus.law")
-    assert importlib.import_module("mrs_simulator.protocols.consensus").law is own  # its packages stay
+    assert (
+        importlib.import_module("mrs_simulator.protocols.consensus").law is own
+    )  # its packages stay
     assert len(warned) == 1
 
 

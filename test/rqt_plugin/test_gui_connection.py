@@ -138,7 +138,8 @@ second = controller()
 until(lambda: gui.connection._emergency.publisher.get_num_connections() > listening)
 until(stopped)
 gui.connection.ask("start")
-until(lambda: "start failed: emergency stop: release it first" in gui.messages.toPlainText())
+refused = "the controller was not started: emergency stop: release it first"
+until(lambda: refused in gui.messages.toPlainText())
 for process in (second, other):
     process.terminate()
     process.wait()
@@ -155,7 +156,7 @@ until(lambda: gui.connection.is_fresh("stage"))
 gui.connection.ask("start")
 click("pause")
 until(lambda: gui.connection.newest("stage").paused)
-until(lambda: "start: no answer yet from pioneer_control" in gui.messages.toPlainText())
+until(lambda: "start: the controller has not answered yet" in gui.messages.toPlainText())
 gui.connection.restore_simulated_time(False)
 gui.close_study()
 assert rospy.get_param("/use_sim_time") is False

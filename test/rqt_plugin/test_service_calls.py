@@ -5,8 +5,10 @@ import signal
 import sys
 import threading
 import time
+from unittest.mock import MagicMock
 
 import pytest
+import rospy
 from ros_fixtures import PATIENCE, wait_until
 
 from mrs_simulator.rqt_plugin.ros_side import service_calls
@@ -56,7 +58,7 @@ def test_an_answer_that_is_missing_is_said_once(hung, monkeypatch):
     asked = ServiceCalls()
     asked.put(CONTROLLER, "start", hung)
     reported = taken_until(asked, "slow")
-    assert reported == [("slow", True, "start: no answer yet from pioneer_control")]
+    assert reported == [("slow", True, "start: the controller has not answered yet")]
     asked.put(STAGE, "pause", lambda: (True, ""))
     assert [name for name, _, _ in taken_until(asked, "pause")] == ["pause"]
 
@@ -100,3 +102,21 @@ def test_the_close_of_programs_does_not_wait_for_one_that_takes_its_time(monkeyp
     may_end.write_text("")
     processes.wait_closed()
     assert program.poll() == 0 and not os.path.exists(processes.directory)
+
+
+@pytest.mark.parametrize(
+    "raised, said",
+    [
+        (
+            rospy.ROSException("timeout exceeded while waiting for service /pioneer_control/x"),
+            "not there",
+        ),
+        (rospy.ServiceException("unable to connect to service: [Errno 111]"), "ended before"),
+    ],
+)
+def test_a_server_that_is_gone_is_named_as_in_the_window(monkeypatch, raised, said):
+    monkeypatch.setattr(rospy, "wait_for_service", MagicMock(side_effect=raised))
+    asked = ServiceCalls()
+    asked.ask("set_topology", ())
+    success, answer = taken_until(asked, "set_topology")[-1][1:]
+    assert not success and answer.startswith("the controller ") and said in answer

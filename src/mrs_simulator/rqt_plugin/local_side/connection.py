@@ -13,6 +13,7 @@ from multiprocessing.connection import Listener
 from mrs_simulator.record.controller_log import Interruptions
 from mrs_simulator.rqt_plugin.connection import Connection
 from mrs_simulator.rqt_plugin.received import Received
+from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
 
 NO_ROS = "without ROS: real robots and bags need mrs_gui, or rqt"
@@ -188,7 +189,7 @@ class LocalConnection(Received, Connection):
         try:
             success, answer = function()
         except Exception as error:  # reported as the answer
-            success, answer = False, "{}: {}".format(type(error).__name__, error)
+            success, answer = False, reason(error)
         self._results.append((name, success, answer))
 
     def watch_sensors(self, wanted):

@@ -7,6 +7,8 @@ import time
 import rospy
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.rqt_plugin.run.answers import SERVERS, no_answer
+from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 SERVICE_LIMIT = 5.0  # [s] a caller waits for a service to appear
@@ -39,7 +41,7 @@ class ServiceCalls:
         """
         server, kind = SERVICES[name]
         service = "{}/{}".format(server, name)
-        self.put(server, name, lambda: _call(service, kind, arguments, then))
+        self.put(server, name, lambda: _call(service, server, kind, arguments, then))
 
     def put(self, server, name, work):
         """Run ``work`` after all else for ``server``; its ``(success, answer)`` is the result ``name``."""
@@ -67,7 +69,7 @@ class ServiceCalls:
         try:
             success, answer = work()
         except Exception as error:  # reported as the answer; the thread goes on
-            success, answer = False, "{}: {}".format(type(error).__name__, error)
+            success, answer = False, reason(error)
         self._results.put((name, success, answer))
 
     def close(self, end):
@@ -104,12 +106,18 @@ class _ServerQueue:
         if slow is None or time.monotonic() - slow[1] < SLOW:
             return []
         self._under_way = None
-        return [("slow", True, "{}: no answer yet from {}".format(slow[0], self._server))]
+        return [("slow", True, no_answer(slow[0], self._server))]
 
 
-def _call(service, kind, arguments, then):
-    rospy.wait_for_service(service, SERVICE_LIMIT)
-    answer = rospy.ServiceProxy(service, kind)(*arguments)
+def _call(service, server, kind, arguments, then):
+    who = SERVERS[server]
+    try:
+        rospy.wait_for_service(service, SERVICE_LIMIT)
+        answer = rospy.ServiceProxy(service, kind)(*arguments)
+    except rospy.ROSException:
+        return False, "{} is not there, or is about to end".format(who)
+    except rospy.ServiceException:
+        return False, "{} ended before it answered".format(who)
     if answer.success and then is not None:
         then()
     return answer.success, answer.message

@@ -3,6 +3,7 @@
 import os
 
 from mrs_simulator.record.missed_periods import MissedPeriods
+from mrs_simulator.rqt_plugin.run.answers import refused, without_own_files
 from mrs_simulator.rqt_plugin.run.control_run import ControlRun
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
@@ -68,7 +69,9 @@ class StudyRun:
             self.stage.reset()
         if name == "preflight":
             return self.control.checked(success, answer)
-        return str(answer) if success else ErrorMessage("{} failed: {}".format(name, answer))
+        if success:
+            return str(answer)
+        return ErrorMessage(refused(name, answer, self.processes.directory))
 
     def _end(self, _):
         self.preflight.cancel()
@@ -127,10 +130,13 @@ class StudyRun:
         if any(name == "stage" for name, _, _ in ended):
             self.stage.restore_time()
         return [
-            ErrorMessage("{} {}".format(called(name), how_ended(code, output)))
+            ErrorMessage("{} {}".format(called(name), self._how_ended(code, output)))
             for name, code, output in ended
             if code not in (0, -2, 130)  # ended normally
         ]
+
+    def _how_ended(self, code, output):
+        return without_own_files(how_ended(code, output), self.processes.directory)
 
     def close(self):
         """End what was started here, and leave the master as it was."""

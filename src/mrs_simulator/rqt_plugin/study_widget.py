@@ -36,8 +36,8 @@ from mrs_simulator.scenario.scenario import Scenario, scenario_from_yaml
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
 TICK = 100  # [ms] between two looks at everything else
+OLD_POSE = "{}; the table shows the old value again, with which another click starts"
 STARTING = ("run", "simulate", "control")  # actions that use what is edited
-REFUSED = "not started: a parameter is refused, for the reason below its field"
 
 
 class StudyWidget(StudyPanels):
@@ -78,8 +78,11 @@ class StudyWidget(StudyPanels):
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.disturbance = Disturbance(self, self.study)
         self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
-        self.whole = WholeRun(self.study, self.history, self.results, self.say)
+        given = self.results, self.pending_team, self.say
+        self.whole = WholeRun(self.study, self.history, *given)
         self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
+        self._refused = ""  # why a number of an obstacle was, when it was taken over
+        self.map_panel.obstacles.refused.connect(self._on_refused)
         self.bar.asked.connect(self._on_asked)
         self.bar.speed_chosen.connect(self._on_speed)
         self.bar.emergency.connect(self._on_emergency)
@@ -128,8 +131,6 @@ class StudyWidget(StudyPanels):
             return
         self.close_error()  # that of what was done before
         if name in STARTING and not self._finish_edits():
-            self.bring_forward("Protocol")
-            self.say(ErrorMessage(REFUSED))
             return
         before = self.scenario
         if name == "run":
@@ -143,13 +144,35 @@ class StudyWidget(StudyPanels):
         self._show_begun()
 
     def _finish_edits(self):
-        """Take over what is being typed; return whether all parameters are allowed."""
+        """Take over what is being typed; show and say what is refused, and return whether nothing is."""
+        self._refused = ""
         focused = QApplication.focusWidget()
         if focused is not None and self.isAncestorOf(focused):
             focused.clearFocus()  # by which its field takes the text over
             # Without a focus in the window its keys would sleep.
             (focused if focused.isVisible() else self.map).setFocus()
-        return self.protocol.finish()
+        page, why = self._refusal()
+        if why:
+            self.bring_forward(page)
+            self.protocol.show_refused()
+            self.say(ErrorMessage("not started: {}".format(why)))
+        return not why
+
+    def _refusal(self):
+        """Return the page with what is refused, and why it is; two empty texts where nothing is."""
+        why = self.protocol.finish()
+        if why:
+            return "Protocol", "a parameter is refused: {}".format(why)
+        why = self.team.take_refusal()
+        if why:
+            return "Team", OLD_POSE.format(why)
+        if not self.study.state.real():  # which are where they are
+            why = self.study.edited.no_start()
+        return ("Team", why) if why else ("", self._refused)
+
+    @guarded
+    def _on_refused(self, why):
+        self._refused = why
 
     @guarded
     def _on_start_anyway(self):
@@ -214,7 +237,7 @@ class StudyWidget(StudyPanels):
         if name == "set_topology":
             self.pending_graph.answered(success)
         if name == "set_team":
-            self.pending_team.answered()
+            self.pending_team.answered(success)
         self.whole.answered(name, success)
         if name == KEEP and self.what_if.kept(success, answer):
             self.shelf_control.look()

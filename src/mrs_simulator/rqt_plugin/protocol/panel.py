@@ -173,8 +173,16 @@ class ProtocolPanel(QWidget):
         return self._form.values()
 
     def finish(self):
-        """Apply pending texts of the parameters; return whether all are allowed."""
-        return self._form.finish()
+        """Apply pending texts of the parameters; return why one is refused, "" where none is."""
+        self._form.finish()
+        return self._form.refused()[1]
+
+    def show_refused(self):
+        """Put the focus on the first parameter that is refused."""
+        field, _ = self._form.refused()
+        if field is not None:
+            field.setFocus()
+            self._scroll.ensureWidgetVisible(field)
 
     def set_warnings(self, warnings):
         """Show warnings (name: text) beside their parameters; those of "" below the form."""

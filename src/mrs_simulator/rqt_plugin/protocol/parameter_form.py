@@ -94,6 +94,11 @@ class ParameterForm(QWidget):
             self._finished(name)
         return not any(row.refused for row in self._rows.values())
 
+    def refused(self):
+        """Return the first refused field and why it is, ``(None, "")`` where none is."""
+        refused = (row for row in self._rows.values() if row.refused)
+        return next(((row.editor, row.note.message) for row in refused), (None, ""))
+
     @guarded
     def _finished(self, name):
         # A field of a form that is no more may still speak up when it loses the focus.

@@ -12,10 +12,11 @@ from mrs_simulator.rqt_plugin.run.undo import Undo
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.scenario.scenario import title_of
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
+from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at
 from mrs_simulator.scenario.surroundings.obstacle_reading import checked_obstacles
 from mrs_simulator.study.run.law_process import LawProcess
 from mrs_simulator.vehicles import Team, kind
-from mrs_simulator.world.checks import refuse_in_obstacles
+from mrs_simulator.world.checks import checked_heights, refuse_in_obstacles, refuse_overlaps
 from mrs_simulator.world.contact.bodies import Bodies
 
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
@@ -118,6 +119,19 @@ class EditedScenario:
         except ValueError as error:
             return ErrorMessage("not applied: {}".format(error))
         return self.try_out(self.scenario._replace(obstacles=obstacles))
+
+    def no_start(self):
+        """Return which robots a simulation would refuse where they begin, and why, or ""."""
+        scenario = self.scenario
+        if scenario.fidelity == "point_mass":  # others have bodies
+            return ""
+        try:
+            team, obstacles = self.team(), obstacles_at(obstacles_of(scenario), 0.0)
+            heights = checked_heights(team, scenario.altitude)
+            refuse_overlaps(team, scenario.poses, obstacles, z=heights)
+        except ValueError as error:
+            return str(error)
+        return ""
 
     def _heights(self):
         """Return the heights (n,) [m] at which robots begin, None on the ground."""

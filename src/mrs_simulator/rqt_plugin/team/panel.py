@@ -48,6 +48,7 @@ class TeamPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
+        self._refusal = ""  # of what was typed last, until it is asked for
         self._bodies, self._selects = None, False  # the latter: whether the window selects a row
         self._find = vehicles.kind  # returns the Kind that a name means
         self._model = TeamModel(vehicles.KINDS, self)
@@ -57,10 +58,10 @@ class TeamPanel(QWidget):
         self._message, self._overlaps = MessageLabel(), MessageLabel()
         self._layouts = LayoutBox(lambda: len(self.kinds()))
         self._layouts.chosen.connect(self._on_layout)
-        self._layouts.refused.connect(self._message.say)
+        self._layouts.refused.connect(self._refuse)
         self._build_number()
         self._build_scenario_buttons()
-        self._model.refused.connect(self._message.say)
+        self._model.refused.connect(self._refuse)
         layout = QVBoxLayout(self)
         layout.addLayout(self._first_line)
         layout.addWidget(self._table, 1)
@@ -148,6 +149,7 @@ class TeamPanel(QWidget):
         self._model.set_team(poses, kinds, pairs)
         self._report_overlaps(pairs)
         self._message.say("")
+        self._refusal = ""
         self._show_kind()
         blocked = self._number.blockSignals(True)
         self._number.setRange(min(1, len(kinds)), MOST_TYPED)
@@ -286,12 +288,22 @@ class TeamPanel(QWidget):
         return poses[:n], kinds[:n]
 
     @guarded
+    def _refuse(self, text):
+        self._message.say(text)
+        self._refusal = text
+
+    def take_refusal(self):
+        """Return why the newest of what was typed was refused, "" where it was not; once."""
+        refusal, self._refusal = self._refusal, ""
+        return refusal
+
+    @guarded
     def _on_number(self, n):
         try:
             self._change(*self._resized(n))
         except ValueError as error:
             self.set_team(self.poses(), self.kinds(), self._heights)
-            self._message.say(str(error))
+            self._refuse(str(error))
 
     @guarded
     def _on_edited(self):
@@ -304,7 +316,7 @@ class TeamPanel(QWidget):
         try:
             self._change(*self._with_pasted(row, read_rows(text)))
         except ValueError as error:
-            self._message.say(str(error))
+            self._refuse(str(error))
 
     def _with_pasted(self, row, pasted):
         n = len(self.poses())

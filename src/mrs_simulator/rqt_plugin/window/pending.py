@@ -14,6 +14,7 @@ class PendingTeam:
         self._study = study
         self._changed_at = None  # [s], when it was changed last; None: it was sent
         self._awaited = False  # whether the stage has not answered yet
+        self._differs = False  # whether it has refused the team, or was not asked for it
 
     def changed(self):
         """Begin to wait for the end of the editing."""
@@ -23,19 +24,28 @@ class PendingTeam:
         """Return whether the stage has applied the team edited here."""
         return self._changed_at is None and not self._awaited
 
+    def is_taken(self):
+        """Return whether a stage that runs is known to have the team edited here."""
+        return self.is_settled() and not self._differs
+
     def send(self):
         """Send the team once editing rests, if there is a stage; return a message, or ""."""
         if self._changed_at is None or time.monotonic() - self._changed_at <= TEAM_REST:
             return ""
+        return self.send_now()
+
+    def send_now(self):
+        """Send the team, if there is a stage; return a message, or ""."""
         self._changed_at = None
         if not self._study.connection.is_fresh("state"):
             return ""
         self._awaited = not self._study.is_controlled()
+        self._differs = not self._awaited
         return self._study.send_team()
 
-    def answered(self):
-        """Note that the stage has answered."""
-        self._awaited = False
+    def answered(self, success):
+        """Note the stage's answer."""
+        self._awaited, self._differs = False, not success
 
 
 class PendingGraph:

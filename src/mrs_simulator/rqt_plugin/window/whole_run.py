@@ -6,7 +6,15 @@ from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.study_state import START_LIMIT
 
 ELSEWHERE = "a simulation runs that was started elsewhere: start the controller singly"
-LATE = "no run: the {} did not start within {:g} s"
+LATE = "no run: the {} has not done its part within {:g} s; End it, and press Run"
+# What a run that begins waits for, and who is late where it does not come.
+STARTING = {
+    "reset": "simulation",
+    "controller's end": "controller of the run before",
+    "set_team": "simulation",
+    "simulation": "simulation",
+    "controller": "controller",
+}
 ENOUGH = 1e-6  # [s] that a run's end may lack
 
 
@@ -16,9 +24,10 @@ class WholeRun:
     Whatever else ends the run, such as Stop, End or a law that fails, ends this, too.
     """
 
-    def __init__(self, study, history, results, say):
-        """``results``: the ``Results``; ``say``: shows a message."""
+    def __init__(self, study, history, results, team, say):
+        """``results``: the ``Results``; ``team``: the ``PendingTeam``; ``say``: shows a message."""
         self._study, self._history, self._results, self._say = study, history, results, say
+        self._team = team
         self._waits, self._since = "", 0.0  # for what, and since when, "" while no run is under way
         self._cleared = 0  # times that the history had been cleared when a run was asked for
 
@@ -56,6 +65,9 @@ class WholeRun:
     def answered(self, name, success):
         """Take in the answer to the request ``name``."""
         if name == self._waits == "reset":
+            after = "simulation" if self._team.is_taken() else "controller's end"
+            self._wait_for(after if success else "")
+        elif name == self._waits == "set_team":
             self._wait_for("simulation" if success else "")
 
     def give_up(self):
@@ -67,7 +79,7 @@ class WholeRun:
 
     def follow(self):
         """Go on with the next step where the last one is done."""
-        if self._waits in ("reset", "simulation", "controller"):
+        if self._waits in STARTING:
             self._follow_start()
         elif self._waits == "end":
             self._follow_run()
@@ -75,6 +87,9 @@ class WholeRun:
     def _follow_start(self):
         if self._study.is_controlled() and self._waits == "controller":
             self._wait_for("end")
+        elif self._waits == "controller's end" and not self._study.is_controlled():
+            self._wait_for("set_team")
+            self._say(self._team.send_now())
         elif self._waits == "simulation" and not self._study.state.no_start():
             said = self._study.do("control")
             self._say(said)
@@ -82,7 +97,7 @@ class WholeRun:
         elif self._waits == "simulation" and self._study.processes.is_gone("stage"):
             self._waits = ""  # it was refused: messages say why
         elif time.monotonic() - self._since > START_LIMIT:
-            self._say(ErrorMessage(LATE.format(self._waits, START_LIMIT)))
+            self._say(ErrorMessage(LATE.format(STARTING[self._waits], START_LIMIT)))
             self._waits = ""
 
     def _follow_run(self):

@@ -321,6 +321,37 @@ def test_a_trail_begins_with_a_dot():
     assert np.allclose(middle / scale, (-1.0, 1.0), atol=0.1)
 
 
+def test_no_dot_lies_over_a_robot_that_is_where_it_began():
+    trails = (np.array([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]),)
+    picture = drawn(scene([(0.1, 0, 0)], trails=trails), ABOVE, WIDTH, HEIGHT)
+    assert not any((each.colours == (*START, 1.0)).all() for each in layers(picture, Polygons))
+
+
+def test_of_long_walls_and_trails_what_is_near_is_framed_with_the_team():
+    team = scene([(0, 0, 0), (2, 0, 0)], targets=np.array([(0, 3, 0), (2, 3, 0)], dtype=float))
+    trails = (np.array([(-90.0, 0.0, 0.0), (0.0, 0.0, 0.0)]), np.zeros((0, 3)))
+    alone = framed(team, Camera(), WIDTH, HEIGHT, whole=False)
+    crate, wall = Box("crate", 3.0, 0.0, 0.0, 0.4, 0.4, 0.3), Box("wall", 20.0, 4, 0, 60, 0.2, 0.3)
+    team = team._replace(obstacles=(crate, wall), trails=trails)
+    near, far = (framed(team, Camera(), WIDTH, HEIGHT, whole=whole) for whole in (False, True))
+    assert near.distance < 2.0 * alone.distance < 0.2 * far.distance
+    at = on_screen(near.seen(np.array([(3.2, 0.2, 0.3), (2.0, 3.0, 0.0)])), WIDTH, HEIGHT)
+    assert ((at > 0.0) & (at < (WIDTH, HEIGHT))).all()
+
+
+@pytest.mark.parametrize("pitch", [-89.0, -40.0, -5.0])
+def test_numbers_are_above_bodies_however_near(pitch):
+    near = Camera(distance=2.0, pitch=pitch)
+    (numbers,) = [
+        each
+        for each in layers(drawn(scene([(0, 0, 0.3)]), near, 600, 450), Texts)
+        if each.texts == ("1",)
+    ]
+    seen = near.seen(kind_model(kind("pioneer3dx")).vertices @ np.eye(3))
+    top = on_screen(seen, 600, 450)[:, 1].min()
+    assert -45.0 < numbers.places[0, 1] - top < 0.0
+
+
 def test_both_painters_show_the_same_picture():
     from PyQt5.QtGui import QImage, QPainter
     from PyQt5.QtWidgets import QApplication

@@ -114,6 +114,33 @@ def wheel(widget, angle):
     APP.sendEvent(widget, event)
 
 
+def test_the_first_view_is_from_where_the_team_fills_it():
+    team = MapView()
+    team.show_team([(0.0, y, 0.0) for y in (0.0, 4.0, 8.0, 12.0)])  # in depth, seen from the south
+    panel = ViewPanel(team.scene, lambda: team.revision)
+    panel.resize(600, 400)
+    panel.refresh()
+    first = panel.canvas.camera
+    assert abs(first.yaw - 20.0) > 10.0
+    panel.canvas.camera = first._replace(yaw=20.0)
+    panel.canvas.fit()
+    assert panel.canvas.camera.yaw == 20.0 and panel.canvas.camera.distance > first.distance
+
+
+def test_an_untouched_view_comes_nearer_to_a_team_that_draws_together(shown):
+    team, panel = shown
+    wide = POSES * (5.0, 5.0, 1.0)
+    team.show_team(wide)
+    panel._next = 0.0
+    panel.refresh()
+    before, middle = panel.canvas.camera, wide.mean(axis=0) * (1.0, 1.0, 0.0)
+    for share, is_nearer in ((0.9, False), (0.2, True)):
+        team.show_snapshot(snapshot(2.0 - share, middle + share * (wide - middle)))
+        panel._next = 0.0
+        panel.refresh()
+        assert (panel.canvas.camera.distance < 0.6 * before.distance) == is_nearer
+
+
 def test_a_robot_is_followed(shown):
     team, panel = shown
     panel.followed.setCurrentIndex(3)

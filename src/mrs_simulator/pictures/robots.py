@@ -151,6 +151,11 @@ def numbers(view, robots, names):
         return None
     top = robots.place[rows].copy()
     top[:, 2] += [robots.kinds[row].body.height for row in rows]
+    # In a near view from above the body's farther rim is higher in the picture than its middle.
+    bodies = [robots.kinds[row].body for row in rows]
+    behind = [0.5 * max(body.length, body.width) for body in bodies]
+    right = view.camera.axes[0]
+    top += np.outer(behind, (-right[1], right[0], 0.0))
     places = view.screen(view.seen(top)) - (0.0, ABOVE)
     return view.texts(places, tuple(str(names[row]) for row in rows))
 

@@ -1,5 +1,6 @@
 """A team in three dimensions as a drawing: ground, trails, targets, edges, obstacles and robots."""
 
+import functools
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from mrs_simulator.state.columns import LOAD, ORIENTATION
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
+# [m], and [-] of a team's longer side: obstacles so near to it are framed with it
+LEAST_NEAR, NEAR_TEAM = 1.5, 0.35
 TRAIL, PLUMB = 1.6, 1.2  # [px] widths of lines
 SPACING = 3.0  # [px] between points of a trail
 RING, RING_RADIUS, RING_CORNERS = 3.0, 1.35, 48  # [px] wide; [-] of a robot's reach; corners
@@ -65,25 +68,47 @@ class Scene(NamedTuple):
         return {kind.module.MEDIUM for kind in set(self.kinds)} - {"air"} == {"water"}
 
 
-def framed(scene, camera, width, height):
-    """Return ``camera``, looking as it does, with robots, obstacles, trails and targets in view."""
-    points = [_room_of_robots(scene), *(trail for trail in scene.trails if len(trail))]
+def framed(scene, camera, width, height, whole=True):
+    """Return ``camera``, looking as it does, with robots and targets in view.
+
+    ``whole``: all trails and obstacles too, else those obstacles alone that are near.
+    """
+    points = [_room_of_robots(scene)]
     if scene.targets is not None:
         points.append(scene.targets)
     if scene.carried is not None:
         points.append(load_corners(*scene.carried))
     for arms in scene_arms(scene):
         points.append(arms.links[:, :, :3, 3].reshape(-1, 3))
-    for obstacle in scene.obstacles:
-        if is_flat(obstacle):  # a coast may be far longer than the team's way
-            continue
-        for model, (x, y, yaw) in obstacle_models(obstacle, (*LIGHT.obstacle, 1.0)):
-            points.append(model.vertices @ robots.about_z([yaw])[0].T + (x, y, 0.0))
+    # A coast may be far longer than the team's way.
+    around = _corners(tuple(each for each in scene.obstacles if not is_flat(each)))
+    if whole:
+        points += [around, *(trail for trail in scene.trails if len(trail))]
     points = np.concatenate(points)
     points = points[np.isfinite(points).all(axis=1)]
+    if not whole and len(points):
+        points = np.concatenate([points, _near(around, points)])
     # In a low picture, too, there is room for the numbers.
     room = min(ROOM, max(LEAST_ROOM, 1.0 - 2.0 * NUMBERS / height))
     return camera.framed(points, width, height, room)
+
+
+@functools.lru_cache(maxsize=8)
+def _corners(obstacles):
+    """Return the corners (k, 3) [m] of the tiles of ``obstacles``."""
+    points = [np.empty((0, 3))]
+    for obstacle in obstacles:
+        for model, (x, y, yaw) in obstacle_models(obstacle, (*LIGHT.obstacle, 1.0)):
+            points.append(model.vertices @ robots.about_z([yaw])[0].T + (x, y, 0.0))
+    return np.concatenate(points)
+
+
+def _near(around, points):
+    """Return those of ``around`` (k, 3) [m] that are near to the box about ``points`` (m, 3)."""
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    reach = max(LEAST_NEAR, NEAR_TEAM * np.max(high - low))
+    near = (around[:, :2] >= low - reach) & (around[:, :2] <= high + reach)
+    return around[near.all(axis=1)]
 
 
 def _above(scene, arms):
@@ -220,8 +245,10 @@ def _edges(view, scene, team):
 
 
 def _starts(view, scene):
-    """Return a dot where each trail begins."""
-    first = [trail[:1] for trail in scene.trails if len(trail)]
+    """Return a dot where each trail begins, but below a robot that is still there."""
+    reach = [kind_model(kind).reach for kind in scene.kinds]
+    pairs = zip(scene.trails, scene.place, reach)
+    first = [t[:1] for t, at, r in pairs if len(t) and not np.linalg.norm(t[0] - at) < r]
     places = _ahead(view, np.concatenate(first))[0] if first else ()
     return signs.starts(places, len(scene.kinds)) if len(places) else None
 

@@ -15,6 +15,7 @@ from mrs_simulator.rqt_plugin.view.painting import paint
 from mrs_simulator.rqt_plugin.widgets.colours import DARK as DARK_GROUND
 from mrs_simulator.rqt_plugin.widgets.guard import LOG, guarded
 
+YAW, ASIDE = 20.0, (0, 15, -15, 30, -30, 45, -45)  # [deg] of the first view, and from there
 TURN = 0.4  # [deg] of the camera for a pixel of the mouse
 ZOOM = 1.15  # [-] for a notch of the wheel
 CLOSE = 12.0  # [-] of its reach: how far from a robot one is that follows it
@@ -22,6 +23,7 @@ LEAST_RIM = 16.0  # [px]
 NUMBER = 34.0  # [px] from a robot up to its number's upper edge
 STILL, LEAST_HIT = 4, 10.0  # [px] of an unsteady click; about a robot that is far away
 RIM = 0.03  # [-] of the picture, in which a robot counts as having left it
+TOO_FAR = 0.55  # [-] of its distance: a camera that could be so near to the team goes there
 ROOM = 1.25  # [-] of the distance from which the team is just in view, once a robot has left
 
 
@@ -32,7 +34,7 @@ class Canvas(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self.camera, self.cost = Camera(yaw=20.0), 0.0  # [s] that the last picture took
+        self.camera, self.cost = Camera(yaw=YAW), 0.0  # [s] that the last picture took
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
         self._pressed = None  # where a click or drag began
         self._card = graphics_card()
@@ -75,15 +77,24 @@ class Canvas(QWidget):
             self._frame(self.scene)
         self.update()
 
-    def fit(self):
-        """Bring the whole team, its trails, targets and obstacles into view."""
+    def fit(self, anew=False):
+        """Bring the team, its targets and what is near into view.
+
+        ``anew``: from where they fill the picture, within ``ASIDE`` of the usual direction.
+        """
         self._untouched = True
+        if anew and self.scene is not None and self.camera.pitch > STEEPEST:
+            ways = [self.camera._replace(yaw=YAW + each) for each in ASIDE]
+            self.camera = min(ways, key=lambda way: self._framed(self.scene, way).distance)
         self._frame(self.scene)
         self.update()
 
+    def _framed(self, scene, camera):
+        return framed(scene, camera, self.width(), self.height(), whole=False)
+
     def _frame(self, scene, room=1.0):
         if scene is not None and len(scene.state.robots):
-            self.camera = framed(scene, self.camera, self.width(), self.height()).zoomed(room)
+            self.camera = self._framed(scene, self.camera).zoomed(room)
 
     def _keep_in_view(self):
         """Aim at the robot that is followed, else step back once a robot leaves an untouched view."""
@@ -94,8 +105,15 @@ class Canvas(QWidget):
             place = scene.place[scene.state.robots.index(self._followed)]
             if np.isfinite(place).all():
                 self.camera = self.camera.at(place)
-        elif self._untouched and not self._sees(scene.place):
+        elif self._untouched and len(scene.state.robots):
+            self._reframe(scene)
+
+    def _reframe(self, scene):
+        """Step back where a robot leaves the view, come nearer where the team fills little of it."""
+        if not self._sees(scene.place):
             self._frame(scene, ROOM)
+        elif self._framed(scene, self.camera).distance < TOO_FAR * self.camera.distance:
+            self._frame(scene)
 
     def _sees(self, place):
         """Return whether all of ``place`` (n, 3) [m] that is known is well within the picture."""

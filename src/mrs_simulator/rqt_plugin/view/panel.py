@@ -86,8 +86,8 @@ class ViewPanel(QWidget):
             return
         self._shown = revision
         scene = self._source()
-        self._offer(scene.state.robots)
         self.canvas.show_scene(scene)
+        self._offer(scene.state.robots)
         self._next = now + self.canvas.cost * (1.0 / MOST_PAINTING - 1.0)
 
     def _offer(self, numbers):
@@ -101,7 +101,7 @@ class ViewPanel(QWidget):
             self.followed.addItem("follow robot {}".format(number), number)
         self.followed.setCurrentIndex(max(0, self.followed.findData(chosen)))
         self.canvas.follow(self.followed.currentData())
-        self.canvas.fit()
+        self.canvas.fit(anew=True)
 
     def follow(self, number):
         """Keep the robot ``number`` in the centre."""

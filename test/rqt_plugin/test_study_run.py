@@ -20,7 +20,7 @@ from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History
-from mrs_simulator.rqt_plugin.run.study_run import StudyRun, how_ended, last_lines
+from mrs_simulator.rqt_plugin.run.study_run import WHOLE, StudyRun, how_ended, last_lines
 from mrs_simulator.study.results.report import predicted_settling, read_run
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles.portable import portable
@@ -505,10 +505,20 @@ def test_a_run_whose_periods_were_missed_is_not_judged(tmp_path):
     assert reported(1.0, 0) == ""  # the stage was started again
 
 
-@pytest.mark.parametrize("speed, waits", [(1.0, "false"), (5.0, "true"), (0.0, "true")])
-def test_a_simulation_at_another_speed_than_1_waits_for_its_commands(tmp_path, speed, waits):
+@pytest.mark.parametrize(
+    "action, speed, waits",
+    [
+        ("simulate", 1.0, "false"),
+        ("simulate", 5.0, "true"),
+        ("simulate", 0.0, "true"),
+        (WHOLE, 1.0, "true"),
+    ],
+)
+def test_a_whole_run_and_one_at_another_speed_than_1_wait_for_their_commands(
+    tmp_path, action, speed, waits
+):
     run = study(processes=Processes(directory=tmp_path))
-    assert run.do("simulate", speed) == ""
+    assert run.do(action, speed) == ""
     run.take_result("simulated_time", True, None)
     assert "_lockstep:=" + waits in run.processes.arguments
     run.control.launch()

@@ -20,11 +20,15 @@ class StageRun:
         self._connection, self._processes = connection, processes
         self._edited, self._state = edited, state
         self.lockstep = False  # whether the stage that was started here waits for commands
-        self._speed = None  # at which a stage is about to start
+        self._speed, self._whole = None, False  # of a stage that is about to start
         self._swapped = None  # [what /use_sim_time was before a stage was started here]
 
-    def simulate(self, speed):
-        """Start a stage at ``speed``, or attach to the one that runs; return a message, or ""."""
+    def simulate(self, speed, whole=False):
+        """Start a stage at ``speed``, or attach to the one that runs; return a message, or "".
+
+        ``whole``: for a run from its beginning to its end: time begins with the
+        controller, and waits for it.
+        """
         if self._connection.is_fresh("stage"):
             return self._attach()
         try:
@@ -33,7 +37,7 @@ class StageRun:
             return ErrorMessage(error)
         if self._speed is None:
             self._connection.begin_simulated_time()  # whose answer starts the stage
-        self._speed = speed
+        self._speed, self._whole = speed, whole
         return ""
 
     def start(self, success, before):
@@ -43,8 +47,8 @@ class StageRun:
             return ErrorMessage("simulation not started: {}".format(before))
         self._swapped = [before]
         self._connection.begin_run()
-        # Else a controller that cannot keep up would drive another experiment.
-        self.lockstep = speed != 1.0
+        # Else a controller that cannot keep up would drive another experiment, and be judged for it.
+        self.lockstep = self._whole or speed != 1.0
         options = ["_speed:={:g}".format(speed), lockstep_option(self.lockstep)]
         written = write_scenario(self._edited.scenario, self._processes.directory)
         self._processes.start("stage", "stage", "--scenario", written, *options)

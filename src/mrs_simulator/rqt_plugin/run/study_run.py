@@ -1,5 +1,6 @@
 """A study's run: the edited scenario, the programs that run it, and its files; without Qt."""
 
+import functools
 import os
 
 from mrs_simulator.record.missed_periods import MissedPeriods
@@ -15,6 +16,7 @@ from mrs_simulator.rqt_plugin.run.study_state import StudyState
 from mrs_simulator.rqt_plugin.shelf.folder import Shelf
 
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/(status|scenario)|/robot[0-9]+/.*"
+WHOLE = "whole"  # the action that starts a simulation for one run from its beginning to its end
 LONGEST_OUTPUT = 500  # [characters] that are shown of a program that failed
 
 
@@ -37,6 +39,7 @@ class StudyRun:
         self._resets = False  # once the controller has stopped
         self._actions = {
             "simulate": self.stage.simulate,
+            WHOLE: functools.partial(self.stage.simulate, whole=True),
             "pause": self.stage.pause,
             "step": self.stage.step,
             "reset": self._reset,

@@ -3,6 +3,7 @@
 import time
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.study_run import WHOLE
 from mrs_simulator.rqt_plugin.run.study_state import START_LIMIT
 
 ELSEWHERE = "a simulation runs that was started elsewhere: start the controller singly"
@@ -54,7 +55,7 @@ class WholeRun:
         self._cleared = self._history.cleared
         connection = self._study.connection
         if not connection.is_fresh("stage"):
-            said = self._study.do("simulate", speed)
+            said = self._study.do(WHOLE, speed)
             self._wait_for("" if isinstance(said, ErrorMessage) else "simulation")
             return said
         self._study.do("reset")

@@ -61,6 +61,7 @@ class Start(QObject):
     @guarded
     def _on_tour_ended(self):
         self.tour = None
+        self._panels.map.setFocus()  # else the window's keys would sleep until a click
         self._files.memory.change(tour=False)
 
     def eventFilter(self, watched, event):

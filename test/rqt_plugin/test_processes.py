@@ -46,10 +46,9 @@ def test_a_program_that_heeds_no_signal_is_killed_with_all_it_has_started(deaf):
     child = int(deaf.output("control").split()[0])
     deaf.stop("control")
     assert not deaf.is_running("control") and deaf.is_ending("control")
-    wait_until(lambda: not deaf.is_ending("control"))
-    ((name, code, _),) = deaf.take_ended()
-    assert name.startswith("control ") and code == -9
     wait_until(lambda: not exists(child))
+    (ended,) = wait_until(lambda: deaf.is_ending("control") and deaf.take_ended())
+    assert ended[0].startswith("control ") and ended[1] == -9 and not deaf.is_ending("control")
 
 
 def test_of_a_long_output_the_end_is_read_alone():

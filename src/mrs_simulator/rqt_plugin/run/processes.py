@@ -85,9 +85,11 @@ class Processes:
         return time.monotonic() - self._begun[name] if self.is_running(name) else 0.0
 
     def is_ending(self, name):
-        """Return whether the program ``name`` is being ended and still runs."""
-        asked = [p for n, p in self._running.items() if n.partition(" ")[0] == name and n != name]
-        return any(process.poll() is None for process in asked)
+        """Return whether ``name`` was asked to end, and ``take_ended`` has not reported its end.
+
+        Until then what it published counts as that of a program that runs.
+        """
+        return any(n.partition(" ")[0] == name and n != name for n in self._running)
 
     def is_gone(self, name):
         """Return whether ``name`` neither runs nor has ended without ``take_ended`` having reported it."""
@@ -112,7 +114,7 @@ class Processes:
     def stop(self, name):
         """End the program called ``name`` by the signals of ``ENDINGS`` in turn; return at once."""
         process = self._running.pop(name, None)
-        if process is not None and process.poll() is None:
+        if process is not None:
             self._running["{} {}".format(name, process.pid)] = process
             threading.Thread(target=_end_all, args=([process],)).start()
 

@@ -21,6 +21,7 @@ from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import WHOLE, StudyRun, how_ended, last_lines
+from mrs_simulator.rqt_plugin.window import pending
 from mrs_simulator.study.results.report import predicted_settling, read_run
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles.portable import portable
@@ -249,6 +250,23 @@ def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
 def test_no_team_is_sent_to_robots_under_way():
     run = study(connection=Connection(control=SimpleNamespace(**dict(vars(STANDS), running=True))))
     assert "stop the controller" in run.send_team() and run.connection.asked == []
+
+
+def test_a_team_edited_while_the_simulation_starts_is_sent_once_that_is_there(monkeypatch):
+    monkeypatch.setattr(pending, "TEAM_REST", -1.0)
+    connection, processes = Connection(), Processes(running=["stage"])
+    run, sent = study(connection=connection, processes=processes), []
+    monkeypatch.setattr(run, "send_team", lambda: sent.append(run.scenario) or "")
+    team = pending.PendingTeam(run)
+    team.changed()  # then the simulation starts, with this team
+    assert team.send() == "" and team.is_settled()
+    processes.age = lambda name: 10.0
+    team.changed()
+    assert team.send() == "" and not team.is_settled() and not sent
+    connection.received["state"] = None
+    assert team.send() == "" and sent == [run.scenario]
+    team.answered(True)
+    assert team.is_settled() and team.send() == "" and len(sent) == 1
 
 
 @pytest.mark.parametrize("real", [(), (1, 2)])

@@ -36,12 +36,19 @@ class PendingTeam:
 
     def send_now(self):
         """Send the team, if there is a stage; return a message, or ""."""
-        self._changed_at = None
         if not self._study.connection.is_fresh("state"):
+            self._changed_at = self._changed_at if self._is_to_come() else None
             return ""
+        self._changed_at = None
         self._awaited = not self._study.is_controlled()
         self._differs = not self._awaited
         return self._study.send_team()
+
+    def _is_to_come(self):
+        """Return whether a stage that was started before the last edit, without it, is yet to be heard."""
+        processes = self._study.processes
+        begun = time.monotonic() - processes.age("stage")
+        return processes.is_running("stage") and begun < (self._changed_at or begun)
 
     def answered(self, success):
         """Note the stage's answer."""

@@ -148,11 +148,17 @@ def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_a
     gui.bar.set_speed(0)
     def saved():
         return gui.messages.toPlainText().count("saved to")
+    do, held = connection.do, []
+    connection.do = lambda name, work: held.append(work) if name == "save" else do(name, work)
     click("run")
-    until(lambda: gui.verdict.verdict)  # before it is saved with its figures
+    until(lambda: gui.verdict.verdict)  # before it is saved
+    until(lambda: held)
     assert saved() == 0
+    connection.do = do
+    do("save", held.pop())
     until(lambda: saved() == 1)
-    assert gui.results_tabs.currentWidget() is gui.verdict and connection.newest("stage").paused
+    assert gui.results_tabs.currentWidget() is gui.verdict
+    until(lambda: connection.newest("stage").paused)
     click("run")
     until(lambda: not gui.bar.button("run").isEnabled())
     until(lambda: saved() == 2)
@@ -251,11 +257,10 @@ def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):
     study_state.HANGS = 0.5
     click("simulate")
     click("control")
-    until(gui.study.state.hangs)
-    assert connection.is_fresh("stage")  # which goes on
-    print(gui.study.state.lines()["controller"])
     until(lambda: "its law hangs at hangs.py:1" in gui.banners.text("hangs"))
     assert "in pointMassLaw, or takes too long" in gui.banners.text("hangs")
+    print(gui.study.state.lines()["controller"])
+    until(lambda: connection.is_fresh("stage"))  # which goes on
     gui.banners.button("hangs", "Kill controller").click()
     until(lambda: not gui.study.processes.is_running("stage"))
     until(lambda: gui.bar.button("simulate").isEnabled())

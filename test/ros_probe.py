@@ -27,7 +27,7 @@ from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 newest, counts, stamps, transforms, collisions = {}, {}, {}, {}, []
 markers, marker_repeated = {}, False
-clock_went_back = False
+clock_went_back, clock_repeats = False, 0  # repeats: how often the newest time was told
 driven, gates, unstamped, diagnostics = {}, {}, set(), {}
 
 
@@ -39,8 +39,9 @@ def keep(message, name):
 
 
 def on_clock(message):
-    global clock_went_back
+    global clock_went_back, clock_repeats
     last = newest.get("clock")
+    clock_repeats = clock_repeats + 1 if last and message.clock == last.clock else 0
     clock_went_back = clock_went_back or (last is not None and message.clock < last.clock)
     keep(message, "clock")
 

@@ -20,23 +20,25 @@ from mrs_simulator.vehicles.arms.path import JointPath, PathError
 
 BEND = """
 import json, sys, rospy
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 rospy.init_node("bend")
 names = json.loads(sys.argv[1])
 wanted = [0.1, 0.4, 0.0, -1.8, 0.0, 2.2, 0.785]
 out = rospy.Publisher("/robot2/arm_controller/command", JointTrajectory, queue_size=1)
-heard = []
+heard, told = [], []
 rospy.Subscriber("/robot2/joint_states", JointState, heard.append)
-while not out.get_num_connections() or not heard:
+log = rospy.Subscriber("/rosout", Log, lambda message: told.append(message.msg))
+while not out.get_num_connections() or not heard or not log.get_num_connections():
     rospy.rostime.wallsleep(0.01)
 wrong = JointTrajectory(joint_names=names[:3])
 out.publish(wrong)
+while not any("refused a trajectory" in each for each in told):
+    rospy.rostime.wallsleep(0.01)
 point = JointTrajectoryPoint(positions=wanted[::-1], time_from_start=rospy.Duration(1.0))
-rospy.rostime.wallsleep(0.3)
 out.publish(JointTrajectory(joint_names=names[::-1], points=[point]))
-end = rospy.rostime.wallsleep
-for _ in range(3000):
+while True:
     last = dict(zip(heard[-1].name, heard[-1].position))
     if max(abs(last[n] - w) for n, w in zip(names, wanted)) < 1e-6:
         break

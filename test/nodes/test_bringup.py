@@ -190,9 +190,9 @@ def test_lockstep_names_the_silent_robot(ros):
     probe.wait("(now() or 0) > 1.2")
     control.send_signal(signal.SIGSTOP)
     try:
-        said = wait_until(lambda: "no command from" in log_of(stage) and log_of(stage))
         # Robot 1 may have had its answer before the controller was frozen.
-        assert re.search(r"no command from (robot1, )?robot2 within 0\.5 s", said)
+        named = r"no command from (robot1, )?robot2 within 0\.5 s"
+        wait_until(lambda: re.search(named, log_of(stage)))
         probe.wait("(status('waiting_for') or [])[-1:] == [2]")
         then = probe.ask("now()")
     finally:
@@ -308,7 +308,7 @@ def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
 def test_gains_and_edges_changed_while_recording_stand_in_the_run_with_their_times(ros, tmp_path):
     paper = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
     gains = dict(paper.control.parameters, k=0.02)
-    given = paper._replace(control=paper.control._replace(parameters=gains), duration=12.0)
+    given = paper._replace(control=paper.control._replace(parameters=gains), duration=1000.0)
     (tmp_path / "given.yaml").write_text(given.to_yaml())
     out, probe = tmp_path / "out", ros.probe()
     ros.node("stage", "--scenario", tmp_path / "given.yaml", "_wait_for_recorders:=1", "_speed:=3")
@@ -329,7 +329,7 @@ def test_gains_and_edges_changed_while_recording_stand_in_the_run_with_their_tim
     changes = run.meta["changes"]
     assert [change.key for change in changes] == ["control", "control", "topology"]
     assert changes[0].value["parameters"]["k"] == 0.05
-    assert 0.5 < changes[0].time <= changes[1].time == changes[2].time < 12.0
+    assert 0.5 < changes[0].time <= changes[1].time == changes[2].time < run.time[-1]
     assert any("k 0.02 -> 0.05 at" in text for text in verdict["warnings"]), verdict["warnings"]
 
 
@@ -367,6 +367,6 @@ def test_external_poses_can_be_rehearsed_with_odometry_from_zero(ros, tmp_path):
     probe.ask("listen('/robot2/pose', PoseStamped)")
     probe.wait("'/robot2/pose' in newest and state('x')")
     x = "newest['/robot2/pose'].pose.position.x"
-    # The state comes oftener than the pose, of a robot that moves at 0.75 m/s at most.
-    assert abs(probe.ask(x + " - state('x')[1]")) < 0.5
+    # Both are of a robot that moves at 0.75 m/s at most, at other times: the latest it stands.
+    probe.wait("abs({} - state('x')[1]) < 0.5".format(x))
     probe.wait("max(control('command_v') or [0]) > 0.0 and control('trouble') == ''")

@@ -1,6 +1,7 @@
 """The control node over ROS: it drives, it stops, and it says why."""
 
 import os
+import re
 import signal
 
 import pytest
@@ -91,9 +92,9 @@ def moving(probe, n):
     probe.wait("len(state('vx') or []) == {} and min(map(abs, state('vx'))) > 0.05".format(n))
 
 
-def at_rest(probe, limit=PATIENCE):
+def at_rest(probe):
     """Wait until every robot stands; return the simulated time of that state [s]."""
-    return probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0 and stamp()", limit)
+    return probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0 and stamp()")
 
 
 def test_the_shipped_law_drives_and_stops_by_service(ros):
@@ -107,7 +108,7 @@ def test_the_shipped_law_drives_and_stops_by_service(ros):
     probe.wait("control('trouble') == 'stopped by request'")
     assert probe.ask("call('/pioneer_control/start', Trigger)")[0] is True
     probe.wait("max(map(abs, state('vx'))) > 0.1")
-    assert "Formation for 3 robots, a command every 0.02 s" in log_of(control)
+    wait_until(lambda: "Formation for 3 robots, a command every 0.02 s" in log_of(control))
 
 
 def test_the_emergency_stop_holds_until_it_is_released(ros):
@@ -174,8 +175,8 @@ def test_a_broken_law_never_moves_a_robot(ros, law, name, said):
     control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(BROKEN) + ":" + name)
     probe = ros.probe()
     probe.wait("'the law failed' in (control('trouble') or '')")
-    assert said in probe.ask("control('trouble')") and said in log_of(control)
-    assert "Traceback" in log_of(control)
+    assert said in probe.ask("control('trouble')")
+    wait_until(lambda: said in log_of(control) and "Traceback" in log_of(control))
     probe.wait_simulated(0.5)
     assert probe.ask("[state('x')[0], max(map(abs, state('vx') + state('omega')))]") == [
         pytest.approx(9.95, abs=1e-12),
@@ -218,7 +219,8 @@ def test_an_emergency_stop_waits_for_no_law(hung, tmp_path):
     at_rest(probe)
     (tmp_path / "hang").unlink()
     probe.wait("control('trouble') == 'emergency stop'")
-    assert not probe.ask("control('running')") and "emergency stop" in log_of(control)
+    assert not probe.ask("control('running')")
+    wait_until(lambda: "emergency stop" in log_of(control))
     at_rest(probe)
 
 
@@ -240,7 +242,8 @@ def test_real_robots_stop_when_their_law_hangs(ros, law, tmp_path, limit):
     at_rest(probe)
     (tmp_path / "hang").unlink()
     probe.wait("'took too long' in (control('trouble') or '')")
-    assert not probe.ask("control('running')") and "took too long" in log_of(control)
+    assert not probe.ask("control('running')")
+    wait_until(lambda: "took too long" in log_of(control))
     at_rest(probe)
     probe.wait("call('/pioneer_control/start', Trigger)[0]")
     moving(probe, 2)
@@ -262,15 +265,16 @@ def test_killing_the_control_node_stops_every_robot_within_the_watchdogs_time(ro
     control = ros.node("pioneer_control", "--robots", 3, "--protocol", law(FORWARD))
     probe = ros.probe()
     moving(probe, 3)
+    # Slowly: the latency of this test's own looks is then short in simulated time.
+    assert probe.ask("call('/stage/set_speed', SetSpeed, 0.25)")[0]
+    probe.wait("status('speed') == 0.25")
     control.kill()
     killed = probe.ask("now()")
-    stopped = at_rest(probe, limit=10.0)
-    # The bound is the watchdog's 0.6 s of simulated time, and the latency of this test's own look.
+    stopped = at_rest(probe)
+    # The bound is the watchdog's 0.6 s of simulated time, and that latency.
     assert stopped - killed < 0.6 + 0.5
     probe.wait("status('timed_out') == [1, 2, 3]")
-    assert "robot1, robot2, robot3 stopped: no command for 0.6 s" in wait_until(
-        lambda: "stopped" in log_of(stage) and log_of(stage)
-    )
+    wait_until(lambda: "robot1, robot2, robot3 stopped: no command for 0.6 s" in log_of(stage))
 
 
 def test_killing_the_stage_stops_the_commands(ros, law):
@@ -284,8 +288,8 @@ def test_killing_the_stage_stops_the_commands(ros, law):
     stage.kill()
     probe.wait("sent(1) == [0.0, 0.0]")
     seen = probe.ask("counts['/robot1/cmd_vel']")
-    wait_until(lambda: "robots stopped" in log_of(control))
-    assert "is silent" in log_of(control) or "no fresh odometry of robot1" in log_of(control)
+    why = "robots stopped: .*(is silent|no fresh odometry of robot1)"
+    wait_until(lambda: re.search(why, log_of(control)))
     assert probe.ask("counts['/robot1/cmd_vel']") <= seen + 1
     # A stage started again is driven again from the law's time zero, as its clock begins anew.
     stage.wait(PATIENCE)

@@ -89,8 +89,7 @@ def test_odometry_and_topics_are_the_drivers(ros):
     later = probe.wait("odom(1)['stamp'] > {} and odom(1)".format(odom["stamp"]))
     assert (later["stamp"] - odom["stamp"]) % 100000000 == 0
     probe.ask("drive([1], 5.0, 0.0)")
-    probe.wait("(state('vx') or [0])[0] > 0.7")
-    assert probe.ask("[state('command_v'), state('vx')[0] <= 0.75]") == [[0.75], True]
+    probe.wait("0.7 < (state('vx') or [0])[0] <= 0.75 and state('command_v') == [0.75]")
     probe.wait("odom(1)['pose'][0] > 0.5")
 
 
@@ -98,10 +97,10 @@ def test_commands_are_rounded_and_what_is_not_finite_is_replaced_and_counted(ros
     stage, probe = start(ros, "--robots", 3, "--preset", "rosaria")
     probe.ask("drive([1], 0.1004, 0.3) and drive([2], float('nan'), 0.2)")
     probe.ask("drive([3], 0.1, float('-inf'))")
-    probe.wait("all(state('commanded') or [False])")
-    assert probe.ask("state('command_v')") == pytest.approx([0.1, 0.0, 0.1])
-    turns = [math.radians(17.0), math.radians(11.0), -TOP_TURN]
-    assert probe.ask("state('command_omega')") == pytest.approx(turns)
+    told = "(lambda s: all(s.get('commanded') or [False]) and [s['command_v'], s['command_omega']])"
+    v, omega = probe.wait(told + "(plain('/stage/state'))")
+    assert v == pytest.approx([0.1, 0.0, 0.1])
+    assert omega == pytest.approx([math.radians(17.0), math.radians(11.0), -TOP_TURN])
     probe.wait("(status('refused') or [0] * 3)[1] >= 3 and status('refused')[2] >= 3")
     assert probe.ask("status('refused')[0]") == 0
     wait_until(lambda: "robot2, robot3: not finite" in log_of(stage))
@@ -113,7 +112,7 @@ def test_the_watchdog_stops_a_silent_robot(ros):
     probe.wait("(state('vx') or [0])[0] > 0.2")
     probe.ask("release()")
     probe.wait("status('timed_out') == [1] and state('vx') == [0.0]")
-    assert "robot1 stopped: no command for 0.6 s" in log_of(stage)
+    wait_until(lambda: "robot1 stopped: no command for 0.6 s" in log_of(stage))
 
 
 def test_the_watchdog_looks_every_tenth_of_a_second(ros):
@@ -146,8 +145,8 @@ def test_disabled_motors_ignore_commands_and_odometry_goes_on(ros):
     probe.wait("plain('/robot1/motors_state')['data'] is False")
     probe.wait("state('vx')[0] == 0.0")
     probe.wait_simulated(0.5)
-    assert probe.ask("[state('vx')[0], state('commanded')[0]]") == [0.0, True]
-    assert probe.ask("state('vx')[1]") > 0.2
+    probe.wait("state('commanded')[0] and state('vx')[1] > 0.2")
+    assert probe.ask("state('vx')[0]") == 0.0
     assert probe.ask("plain('/robot2/motors_state')['data']") is True
     seen = probe.ask("odom(1)['stamp']")
     probe.wait("odom(1)['stamp'] > {}".format(seen))

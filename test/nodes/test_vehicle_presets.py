@@ -448,7 +448,14 @@ while place["x"] < 0.8:
     stream.publish(message)
     rospy.sleep(0.05)
 rospy.sleep(1.0)
-rospy.ServiceProxy("/cf1/land", Land)(0, 0.02, rospy.Duration(1.0))
+
+def landing():
+    try:
+        return rospy.ServiceProxy("/cf1/land", Land)(0, 0.02, rospy.Duration(1.0))
+    except rospy.ServiceException:
+        return False  # the last setpoint came late
+
+until(landing)
 until(lambda: place["z"] == 0.0)
 print("landed")
 """
@@ -474,14 +481,15 @@ from std_srvs.srv import SetBool, Trigger
 rospy.init_node("stops")
 states, found = [], []
 rospy.Subscriber("/stage/status", StageStatus, lambda m: states.append(m.flight[0]))
-rospy.Subscriber("/stage/incidents", Incident, lambda m: found.append(m.what))
+incidents = rospy.Subscriber("/stage/incidents", Incident, lambda m: found.append(m.what))
 
 def until(there):
     while not there():
         rospy.sleep(0.05)
 
+until(incidents.get_num_connections)
 assert rospy.ServiceProxy("/stage/reset", Trigger)().success
-rospy.wait_for_service("/cf1/go_to", 10)
+rospy.wait_for_service("/cf1/go_to", 60)
 assert rospy.ServiceProxy("/robot1/takeoff", Trigger)().success
 until(lambda: states[-1:] == ["hovering"])
 cut = rospy.ServiceProxy("/robot1/cut_motors", SetBool)
@@ -490,6 +498,7 @@ assert not refused.success and "would fall" in refused.message, refused
 assert states[-1] == "hovering" and not found
 assert cut(True).success
 until(lambda: states[-1:] == ["motors off"])
+until(lambda: found)
 assert found == ["motors_off"]
 assert rospy.ServiceProxy("/robot1/takeoff", Trigger)().success
 until(lambda: states[-1:] == ["hovering"])

@@ -1,5 +1,6 @@
 """One topic for all robots: the same run as with a topic for each, and nothing taken on trust."""
 
+import sys
 import threading
 
 import numpy as np
@@ -68,25 +69,33 @@ def test_a_malformed_command_moves_no_robot_and_is_named(ros):
     probe = ros.probe()
     probe.wait("now()")
     code = """
-import rospy, sys
+import rospy
 from mrs_simulator.msg import TeamCommand
 rospy.init_node("sender", disable_rostime=True)
 publisher = rospy.Publisher("/stage/command", TeamCommand, queue_size=10, latch=True)
 publisher.publish(TeamCommand({}))
-rospy.sleep(1.0)
+rospy.spin()
 """
-    ros.python(code.format("robot=[1, 2, 3], v=[0.5, 0.5], omega=[0.0, 0.0, 0.0]"))
+
+    def send(command):
+        for process in sending:
+            ros.stop(process)
+        sending[:] = [ros.start("sender", [sys.executable, "-c", code.format(command)])]
+        ros.wait_for_connections("/stage", {"/stage/command"})
+
+    sending = []
+    send("robot=[1, 2, 3], v=[0.5, 0.5], omega=[0.0, 0.0, 0.0]")
     wait_until(lambda: "3 robots, 2 v; wanted as many of each" in log_of(stage))
-    ros.python(code.format("robot=[0, 2], v=[0.5, 0.5], omega=[0.0, 0.0]"))
-    ros.python(code.format("robot=[2, 9], v=[float('nan'), 0.5], omega=[0.0, 0.0]"))
+    send("robot=[0, 2], v=[0.5, 0.5], omega=[0.0, 0.0]")
+    send("robot=[2, 9], v=[float('nan'), 0.5], omega=[0.0, 0.0]")
     probe.wait("status('refused') == [0, 1, 0]")
     assert probe.ask("any(state('commanded'))") is False
     assert probe.ask("max(map(abs, state('vx')))") == 0.0
     # A component that the robot does not obey is left out, counted, and said once.
-    ros.python(code.format("robot=[3], v=[0.0], omega=[0.0], vy=[0.4]"))
+    send("robot=[3], v=[0.0], omega=[0.0], vy=[0.4]")
     probe.wait("status('unobeyed') == [0, 0, 1]")
     told = "robot3 was commanded linear.y, which a Pioneer 3-DX does not obey"
-    assert log_of(stage).count("[WARN") >= 1 and told in log_of(stage)
+    wait_until(lambda: "[WARN" in log_of(stage) and told in log_of(stage))
 
 
 @pytest.mark.parametrize("bounds", [None, [JumpBounds(0.3, 1.0, 1.0)] * 3])
@@ -234,8 +243,8 @@ class Late(Formation):
 """
 
 
-def test_a_law_that_takes_70_ms_is_seen_to_over_ros(ros, tmp_path):
-    delay = 0.070
+def test_a_law_that_takes_many_periods_is_seen_to_over_ros(ros, tmp_path):
+    delay = 0.15
     law = tmp_path / "late.py"
     law.write_text(LATE_LAW.format(delay))
     ros.node("stage", "--robots", 3)
@@ -246,8 +255,8 @@ def test_a_law_that_takes_70_ms_is_seen_to_over_ros(ros, tmp_path):
     probe.wait("0.0 < (status('round_trip_median') or 0.0) < {!r}".format(2.5 * delay))
     # What the machine adds, but for moments, is far less than the period by which the old way was out.
     assert probe.ask("status('round_trip_median')") > delay
-    # One in four or five is answered at all, and none in time.
-    assert probe.ask("status('missed_periods') / status('command_periods')") > 0.6
+    # One in eight or so is answered at all, and none in time.
+    probe.wait("status('missed_periods') / status('command_periods') > 0.6")
 
 
 def test_what_comes_before_the_wait_is_not_slept_through():

@@ -2,12 +2,13 @@ import functools
 import json
 import multiprocessing
 import os
+import re
 
 import numpy as np
 import pytest
 
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.study.run import workers
@@ -144,6 +145,7 @@ def test_the_same_seed_finds_the_same(path, tmp_path):
 
 KILLED = """
 import os
+import re
 from mrs_simulator import PioneerControl
 
 
@@ -345,3 +347,30 @@ def test_a_search_whose_runs_are_all_refused_is_no_search(path, tmp_path, capsys
     options = "--runs", 5, "--optimiser", "random", "--formats", ""
     assert run(break_, path, "--out", tmp_path / "out", *options) == 2
     assert said in capsys.readouterr().err
+
+
+def test_progress_says_once_a_batch_how_near_and_in_which_unit(path, tmp_path, capsys):
+    out, options = tmp_path / "out", ("--runs", 43, "--optimiser", "random", "--no-shrink")
+    run(
+        break_,
+        path,
+        "--out",
+        out,
+        *options,
+        "--vary",
+        "control.parameters.gain=[0.2, 4]",
+        "--formats",
+        "",
+    )
+    said = [line for line in capsys.readouterr().err.splitlines() if " runs, " in line]
+    counts = [line.split()[1] for line in said]
+    assert said and len(set(counts)) == len(counts)
+    assert all(re.fullmatch(r"search: \d+ runs, margin \S+ m of agree", line) for line in said), (
+        said
+    )
+
+
+def test_what_a_claim_has_to_spare_is_said_of_its_tolerance():
+    content = {**parse_yaml(SCENARIO, "scenario"), "requirements": {}, "duration": 40}
+    text = try_variation(content, "scenario.yaml", {}).text
+    assert re.fullmatch(r"margin \+\S+ of the tolerance of .*\[.*\]", text), text

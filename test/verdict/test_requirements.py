@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 
+from mrs_simulator import PioneerControl, make_twist
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.requirements import SIGNALS
@@ -104,7 +105,7 @@ def test_verdict_tells_requirements_and_fails_for_a_broken_one(tmp_path):
     assert kept["met"] is True and kept["margin"] == pytest.approx(1.0) and kept["time"] == 0.0
     assert still["met"] is False and verdict["outcome"] == "failed" and exit_code(verdict) == 1
     text = verdict_text(verdict)
-    assert "requirement kept: met, +1 m by robot2 and robot3 at 0.00 s" in text
+    assert "requirement kept: met, margin +1 m by robot2 and robot3 at 0.00 s" in text
     assert "requirement still: BROKEN" in text
     with open(os.path.join(str(tmp_path), "verdict.json")) as file:
         assert json.load(file)["requirements"] == verdict["requirements"]
@@ -222,3 +223,22 @@ def test_results_are_read_back_and_what_is_none_is_refused(tmp_path):
     write_verdict(dict(verdict, requirements=[{"name": "far"}]), path)
     with pytest.raises(ValueError, match="requirement 1: no formula"):
         read_verdict(path)
+
+
+class HeadOn(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return [make_twist(0.4, 0.0) for _ in pos_map]
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.4])
+def test_bodies_collide_at_the_step_at_which_their_clearance_ends(turned):
+    """A wider clearance is lost before, by a margin whose number is no clearance."""
+    given = {"poses": [[0.0, 0.0, 0.0], [2.0, 0.1, np.pi - turned]], "duration": 4.0}
+    least = {"touch": 1e-9, "near": 0.1}
+    requirements = {k: "always(each pair(clearance >= {} m))".format(v) for k, v in least.items()}
+    study = simulate({**given, "requirements": requirements}, protocol=HeadOn)
+    found = {each["name"]: each for each in study.verdict["requirements"]}
+    collided, step = study.run.collisions[0].time, study.run.scenario.step
+    assert found["touch"]["decided_at"] == pytest.approx(collided, abs=0.5 * step)
+    assert found["near"]["decided_at"] < collided - 4.0 * step
+    assert "near: BROKEN, margin -0.1 m by robot1 and robot2" in verdict_text(study.verdict)

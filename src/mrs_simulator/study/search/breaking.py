@@ -2,6 +2,7 @@
 
 import math
 import multiprocessing
+import weakref
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +43,8 @@ class Search:
         self.runs, self.errors = 0, {}
         self.printed = multiprocessing.Value("l", MOST_PRINTED)  # of the laws, left to be shown
         self._cores = Cores(jobs, self.printed)
+        # Left to the interpreter's end, a pool may write to a pipe that is closed by then.
+        weakref.finalize(self, self._cores.close)
 
     def nominal(self):
         """Return the ``Trial`` of the scenario as it is; ``ScenarioError`` where that is none."""
@@ -92,10 +95,11 @@ class Search:
         """Try ``points``; return what was found, the least value and where it was."""
         variations = [self.space.variation(each) for each in points]
         trials = self.tried(variations)
-        for point, variation, trial in zip(points, variations, trials):
-            if trial.objective < best:
-                best, place = trial.objective, point
-                self._report("{} runs, margin {:.4g}".format(self.runs, trial.value))
+        least = min(range(len(trials)), key=lambda row: trials[row].objective)
+        if trials[least].objective < best:
+            best, place = trials[least].objective, points[least]
+            self._report("{} runs, {}".format(self.runs, trials[least].text))
+        for variation, trial in zip(variations, trials):
             if trial.is_broken:
                 return Found(variation, trial, self.runs), best, place
         return None, best, place
@@ -111,17 +115,17 @@ class Search:
             points = strategy.ask()
             near = [self.space.too_near(self.space.variation(each)) for each in points]
             free = [point for point, off in zip(points, near) if off == 0.0]
-            before, margin = best, math.inf
+            before, nearest = best, None
             variations = [self.space.variation(each) for each in free]
             trials = self.tried(variations) if free else []
             for point, variation, trial in zip(free, variations, trials):
                 if trial.objective < best:
-                    best, place, margin = trial.objective, point, trial.value
+                    best, place, nearest = trial.objective, point, trial
                 if trial.is_broken:
-                    self._report("{} runs, broken".format(self.runs))
+                    self._report("{} runs, {}".format(self.runs, trial.text))
                     return Found(variation, trial, self.runs), best, place
             if best < before:
-                self._report("{} runs, margin {:.4g}".format(self.runs, margin))
+                self._report("{} runs, {}".format(self.runs, nearest.text))
             values = iter(trials)
             worst = max(
                 [each.objective for each in trials if math.isfinite(each.value)], default=1.0

@@ -37,6 +37,21 @@ class Trial(NamedTuple):
         return self.value + SLOPE * self.slope
 
     @property
+    def text(self):
+        """Return how near the run came to breaking what, in words, in the unit of that."""
+        worst = self.worst or {"name": ""}
+        if worst.get("margin") is not None:
+            unit = " " + worst["unit"] if worst["unit"] else ""
+            return "margin {:+.4g}{} of {}".format(worst["margin"], unit, worst["name"])
+        if not worst["name"]:
+            return "nothing was judged"
+        if "formula" in worst:
+            return "{} left open".format(worst["name"])
+        if worst["name"] == LAW:
+            return "{}: {}".format(LAW, worst["note"])
+        return "margin {:+.3g} of the tolerance of {}".format(self.value, worst["name"])
+
+    @property
     def is_broken(self):
         """Return whether something was broken."""
         return self.value < 0.0

@@ -106,7 +106,7 @@ def requirement_lines(results):
 
 
 def line_of(result):
-    """Return what became of one requirement in words: "settled: met, +0.031 m, decided at 41.2 s ..."."""
+    """Return what became of one requirement in words: "settled: met, margin +0.031 m ..."."""
     text = "{}: {}".format(result["name"], WORDS[result["met"]])
     if result["note"]:
         return "{} ({})".format(text, result["note"])
@@ -114,7 +114,7 @@ def line_of(result):
         return "{} ({}): the run ends before it is decided".format(text, result["formula"])
     whose = " by {}".format(result["member"]) if result["member"] else ""
     unit = " " + result["unit"] if result["unit"] else ""
-    line = "{}, {:+.3g}{}{} at {:.2f} s, decided at {:.2f} s ({})"
+    line = "{}, margin {:+.3g}{}{} at {:.2f} s, decided at {:.2f} s ({})"
     return line.format(
         text,
         result["margin"],

@@ -10,6 +10,7 @@ from mrs_simulator.protocols.consensus.law import Consensus
 from mrs_simulator.protocols.gathering.law import Containment, Rendezvous
 from mrs_simulator.protocols.shapes.law import DisplacementFormation
 from mrs_simulator.record.recording import Run
+from mrs_simulator.study.run.simulating import simulate
 
 PENTAGRAM = [
     [5.0 * np.cos(4 * np.pi * k / 5), 5.0 * np.sin(4 * np.pi * k / 5), 0.0] for k in range(5)
@@ -285,3 +286,28 @@ def test_a_claim_that_limits_move_says_how_to_allow_them(tmp_path):
     given = controlled(given, saturation="robot", parameters={"l": 0.1})
     one = check(verdict_of(given, tmp_path, Gathering), "final distance")
     assert one["passed"] is False and "say free=True" in one["note"], one
+    assert one["note"].startswith(
+        "the run is too short: what it misses still falls, from 5.26 to 4.37"
+    )
+
+
+class Shifted(PioneerControl):
+    """A row, whose middle moves to where the claim has it only while no robot is at a limit."""
+
+    def pointMassLaw(self, hand):
+        return -0.1 * (self.topology.laplacian() @ (hand - [[-3.0, 0.0], [0.0, 0.0], [3.0, 0.0]]))
+
+    def claims(self, start):
+        return [converges_to(start.mean(axis=0) + [[-3.0, 0.0], [0.0, 0.0], [3.0, 0.0]])]
+
+
+def test_what_has_settled_elsewhere_by_limits_is_not_called_short():
+    given = {
+        "poses": [[-4.0, 3.0, 0.0], [0.0, -6.0, 0.0], [2.0, 9.0, 0.0]],
+        "topology": {"preset": "path"},
+        "limits": {"v_max": 0.3, "omega_max": 1.0},
+        "duration": 120.0,
+    }
+    one = check(simulate(given, protocol=Shifted).verdict, "final distance")
+    assert one["passed"] is False and "say free=True" in one["note"], one
+    assert "too short" not in one["note"]

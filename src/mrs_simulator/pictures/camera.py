@@ -1,5 +1,6 @@
 """A pinhole camera that orbits a target."""
 
+import functools
 from typing import NamedTuple, Tuple
 
 import numpy as np
@@ -21,10 +22,7 @@ class Camera(NamedTuple):
     @property
     def axes(self):
         """Return the unit vectors (3, 3) of the picture: to the right, up, and away from the eye."""
-        yaw, pitch = np.radians([self.yaw, self.pitch])
-        right = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-        ahead = np.array([-np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)])
-        return np.stack([right, np.cross(right, ahead), ahead])
+        return _axes(self.yaw, self.pitch)
 
     @property
     def eye(self):
@@ -84,6 +82,16 @@ class Camera(NamedTuple):
         place, forward = eye @ self.axes, self.axes[2]
         distance = max(NEAREST, -place[2] / forward[2] if forward[2] < 0.0 else 1.0)
         return self.at(place + distance * forward)._replace(distance=float(distance))
+
+
+@functools.lru_cache(maxsize=8)
+def _axes(yaw, pitch):
+    yaw, pitch = np.radians([yaw, pitch])
+    right = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    ahead = np.array([-np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)])
+    axes = np.stack([right, np.cross(right, ahead), ahead])
+    axes.flags.writeable = False  # it is shared
+    return axes
 
 
 def _centred(values, depth, start):

@@ -7,12 +7,17 @@ import numpy as np
 
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.pictures.arms import load_tile, scene_arms
+from mrs_simulator.pictures.moving_parts import frames as moved_frames
+from mrs_simulator.pictures.moving_parts import parted, rolled_angle, spin_angle
 from mrs_simulator.pictures.robots import about_z, rotations
-from mrs_simulator.pictures.solids import kind_model, obstacle_models
-from mrs_simulator.scenario.surroundings.obstacles import is_flat
+from mrs_simulator.pictures.solids import model_of
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
+from mrs_simulator.state.columns import JOINTS
+from mrs_simulator.vehicles.shape import FORMS, Part
 
 NOSE = -1.0  # as a share of the robot's own colour: the arrow, dark or light, whichever is seen
 ABOVE = 0.002  # [m] of the arrow over the part that it lies on
+SWEPT = 0.3  # [-] opacity of the disc that a rotor sweeps
 
 
 class Instances(NamedTuple):
@@ -20,39 +25,106 @@ class Instances(NamedTuple):
 
     model: Any
     place: Any  # (m, 3) [m]
-    turn: Any  # (m, 3, 3) from the things' frames into the common frame
+    turn: Any  # (m, 3, 3) from the things' frames into the common frame, and their scale
     shades: Any  # (m, 3) their own colours
     has_nose: bool = False  # whether an arrow on top shows their heading
+    opacity: float = 1.0
+    casts: bool = True  # a shadow
 
 
 def instances(scene, obstacle_colour):
-    """Yield the ``Instances`` of a ``Scene``: robots, their arms and load, and obstacles that stand up.
+    """Return the ``Instances`` of a ``Scene``, a list, one for all things that look the same.
 
-    Robots whose poses are not known are left out.
+    Robots, their wheels and rotors, arms and load, ghosts, and obstacles that stand up.  Robots whose poses
+    are not known are left out.
     """
     place, turn, shades = scene.place, scene.turn, np.asarray(scene.shades)
     known = np.isfinite(place).all(axis=1) & np.isfinite(turn).all(axis=(1, 2))
-    rows_of = {}
-    for row in np.flatnonzero(known).tolist():
-        rows_of.setdefault(scene.kinds[row], []).append(row)
-    for kind, rows in rows_of.items():
-        yield Instances(kind_model(kind), place[rows], turn[rows], shades[rows], True)
+    found = []
+    for kind, rows in _rows_of(scene.kinds, known):
+        found += _robots(scene, kind, rows, place[rows], turn[rows], shades[rows])
     for arms in scene_arms(scene):
         left = known[arms.rows]
         for link, model in enumerate(arms.models):
-            frames = arms.links[left, link]
-            yield Instances(model, frames[:, :3, 3], frames[:, :3, :3], shades[arms.rows[left]])
+            links = arms.links[left, link]
+            found.append(
+                Instances(model, links[:, :3, 3], links[:, :3, :3], shades[arms.rows[left]])
+            )
     if scene.carried is not None:
-        yield _load(*scene.carried)
-    for obstacle in scene.obstacles:
-        for model, (x, y, yaw) in () if is_flat(obstacle) else _models(obstacle, obstacle_colour):
-            place = np.array([(x, y, 0.0)])
-            yield Instances(model, place, about_z([yaw]), np.array([obstacle_colour]))
+        found.append(_load(*scene.carried))
+    standing = [each for each in scene.obstacles if not is_flat(each)]
+    return _merged([*found, *_obstacles(standing, obstacle_colour)])
 
 
-@functools.lru_cache(maxsize=256)
-def _models(obstacle, colour):
-    return tuple(obstacle_models(obstacle, (*colour, 1.0)))
+def _rows_of(kinds, known):
+    """Yield each kind with the rows of its robots whose poses are ``known`` (n,)."""
+    rows_of = {}  # by identity, since to hash a kind takes its time
+    for row in np.flatnonzero(known).tolist():
+        rows_of.setdefault(id(kinds[row]), []).append(row)
+    for rows in rows_of.values():
+        yield kinds[rows[0]], rows
+
+
+def _robots(scene, kind, rows, place, turn, shades):
+    """Yield the bodies, wheels and rotors of the robots in ``rows``, all of one ``kind``."""
+    body, moving = parted(kind)
+    yield Instances(body, place, turn, shades, True)
+    rolled = np.zeros((len(rows), 3)) if scene.rolled is None else scene.rolled[rows]
+    steering = None
+    if scene.state.has(JOINTS) and any(part.is_steered for part in moving):
+        steering = scene.state.joints.reshape(len(scene.kinds), -1)[rows, 0]
+    for part in moving:
+        if part.is_rotor:
+            angle = spin_angle(place, part, scene.state.time or 0.0)
+        else:
+            angle = rolled_angle(part, rolled)
+        where = moved_frames(part, place, turn, angle, steering)
+        yield Instances(part.models[0], *where, shades)
+        for disc in part.models[1:]:
+            yield Instances(disc, *where, shades, opacity=SWEPT)
+
+
+def _merged(things):
+    """Return ``things`` with those together that are of the same model and look."""
+    groups = {}
+    for each in things:
+        key = id(each.model), each.has_nose, each.opacity, each.casts
+        groups.setdefault(key, []).append(each)
+    return [
+        group[0]
+        if len(group) == 1
+        else group[0]._replace(
+            place=np.concatenate([each.place for each in group]),
+            turn=np.concatenate([each.turn for each in group]),
+            shades=np.concatenate([each.shades for each in group]),
+        )
+        for group in groups.values()
+    ]
+
+
+def _obstacles(obstacles, colour):
+    """Yield all boxes and all cylinders as one ``Instances`` each: a body of 1 m, scaled."""
+    for form, chosen in (
+        ("cylinder", [each for each in obstacles if isinstance(each, Cylinder)]),
+        ("box", [each for each in obstacles if not isinstance(each, Cylinder)]),
+    ):
+        if not chosen:
+            continue
+        place = np.array([(each.x, each.y, 0.5 * each.height) for each in chosen])
+        if form == "box":
+            turn = about_z([each.yaw for each in chosen])
+            size = np.array([(each.length, each.width, each.height) for each in chosen])
+        else:
+            turn = about_z(np.zeros(len(chosen)))
+            size = np.array([(each.radius, each.radius, each.height) for each in chosen])
+        shades = np.tile(colour, (len(chosen), 1))
+        yield Instances(_unit(form), place, turn * size[:, np.newaxis], shades)
+
+
+@functools.lru_cache(maxsize=None)
+def _unit(form):
+    """Return the ``Model`` of a box with sides, or a cylinder with radius and height, of 1 m."""
+    return model_of([Part(form, (1.0, 1.0, 1.0)[: FORMS[form]])])
 
 
 def _load(load, carried):

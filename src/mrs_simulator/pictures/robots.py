@@ -11,7 +11,7 @@ from mrs_simulator.pictures.arms import load_tile
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Polygons, ranges, taken, with_opacity
 from mrs_simulator.pictures.signs import MANY_ROBOTS, circle, dots
-from mrs_simulator.pictures.solids import kind_model, obstacle_models
+from mrs_simulator.pictures.solids import kind_model, obstacle_models, reaches
 
 AMBIENT = 0.52  # [-] of light that comes from everywhere
 DARKEST = 0.1  # [-] brightness of what is black: its faces would not differ
@@ -58,7 +58,7 @@ class _Faces(NamedTuple):
 def seen_robots(view, kinds, pose, place, turn, shades):
     """Return the ``Robots``; those whose ``pose`` or ``place`` is not finite are not in the picture."""
     seen = view.seen(place)
-    reach = np.array([kind_model(kind).reach for kind in kinds])
+    reach = reaches(kinds)
     known = np.isfinite(pose).all(axis=1) & np.isfinite(place).all(axis=1)
     ahead = known & (seen[:, 2] > NEAR + reach)
     screen = view.screen(np.where(ahead[:, np.newaxis], seen, (0.0, 0.0, 1.0)))

@@ -10,7 +10,7 @@ from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline
 from mrs_simulator.pictures.camera import NEAR, clipped_segments
 from mrs_simulator.pictures.drawing import Drawing, Paths, with_opacity
 from mrs_simulator.pictures.palette import LIGHT
-from mrs_simulator.pictures.solids import kind_model, obstacle_models
+from mrs_simulator.pictures.solids import kind_model, obstacle_models, reaches
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
 from mrs_simulator.state.columns import LOAD, ORIENTATION
@@ -42,6 +42,8 @@ class Scene(NamedTuple):
     )
 
     chosen: Any = None  # the row of a robot that is picked out
+    # (n, 3) [m, m, rad] that the robots have gone along and across their headings, and turned, on wheels
+    rolled: Any = None
 
     @property
     def place(self):
@@ -120,7 +122,7 @@ def _above(scene, arms):
 
 def _room_of_robots(scene):
     """Return corners of boxes in which the robots can turn, and where they are above, (9 n, 3) [m]."""
-    reach = np.array([kind_model(kind).reach for kind in scene.kinds])
+    reach = reaches(scene.kinds)
     signs = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0, 1)]
     place = scene.place
     below = place * (1.0, 1.0, 0.0)  # where their shadows are
@@ -246,10 +248,13 @@ def _edges(view, scene, team):
 
 def _starts(view, scene):
     """Return a dot where each trail begins, but below a robot that is still there."""
-    reach = [kind_model(kind).reach for kind in scene.kinds]
-    pairs = zip(scene.trails, scene.place, reach)
-    first = [t[:1] for t, at, r in pairs if len(t) and not np.linalg.norm(t[0] - at) < r]
-    places = _ahead(view, np.concatenate(first))[0] if first else ()
+    rows = [row for row, trail in enumerate(scene.trails) if len(trail)]
+    if not rows:
+        return None
+    first = np.array([scene.trails[row][0] for row in rows])
+    away = np.linalg.norm(first - scene.place[rows], axis=1)
+    first = first[~(away < reaches(scene.kinds)[rows])]
+    places = _ahead(view, first)[0]
     return signs.starts(places, len(scene.kinds)) if len(places) else None
 
 

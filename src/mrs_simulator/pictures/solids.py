@@ -123,6 +123,13 @@ def kind_model(kind, coarse=False):
     return model_of(parts)
 
 
+def reaches(kinds):
+    """Return how far the models of robots of these ``kinds`` reach, (n,) [m]."""
+    known = {id(kind): kind for kind in kinds}  # to hash a kind takes its time
+    reach = {key: kind_model(kind).reach for key, kind in known.items()}
+    return np.array([reach[id(kind)] for kind in kinds])
+
+
 def kind_parts(kind):
     """Return the ``Part``s of a ``Kind``, standing on the ground at its centre, a list."""
     parts = kind.shape or _model_parts(kind) or outline_parts(kind)

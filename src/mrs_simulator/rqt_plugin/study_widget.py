@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
 from mrs_simulator.rqt_plugin.window.live_run import LiveRun
 from mrs_simulator.rqt_plugin.window.opened_run import JUDGE, OpenedRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
+from mrs_simulator.rqt_plugin.window.past_run import PastRun
 from mrs_simulator.rqt_plugin.window.pending import PendingGraph, PendingTeam
 from mrs_simulator.rqt_plugin.window.program_control import ProgramControl
 from mrs_simulator.rqt_plugin.window.replay import Replay
@@ -80,7 +81,9 @@ class StudyWidget(StudyPanels):
         self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
         given = self.results, self.pending_team, self.say
         self.whole = WholeRun(self.study, self.history, *given)
-        self.status_line = Status(self, self.study, self.results, self.trial, self.whole)
+        self.past = PastRun(self, self.study, self.history, self.opened)
+        given = self.results, self.trial, self.whole, self.past
+        self.status_line = Status(self, self.study, *given)
         self._refused = ""  # why a number of an obstacle was, when it was taken over
         self.map_panel.obstacles.refused.connect(self._on_refused)
         self.bar.asked.connect(self._on_asked)
@@ -227,6 +230,7 @@ class StudyWidget(StudyPanels):
         self.live.follow_control()
         self.sensing.show()
         self.opened.follow()
+        self.past.follow()
         self.comparison_control.follow()
         self.shelf_control.follow()
         self.status_line.show()

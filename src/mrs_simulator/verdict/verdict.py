@@ -61,6 +61,9 @@ DISOBEYED = "does not apply: the scenario's mismatch costs {:.3g}"
 UNFREE = (
     "{}: where that moves what is claimed, say free=True, and it is judged of the rest of the run"
 )
+FALLS = (
+    "the run is too short: what it misses still falls, from {:.3g} to {:.3g} in its last quarter"
+)
 LED = (
     "theory leads their points there; wanted fidelity: point_mass, or places that are farther apart"
 )
@@ -457,7 +460,8 @@ def _judged(run, claim, theory):
             return _judged_late(run, claim, theory)
         check = measured_of(run, claim)
         if check.passed is False and theory.limited:
-            check = check._replace(note=_joined(check.note, UNFREE.format(theory.limited)))
+            why = _missed_at_limits(run, claim, theory.limited)
+            check = check._replace(note=_joined(check.note, why))
         if short and check.passed is not None and not check.note.startswith(BROKEN):
             check = check._replace(passed=None, note=short)
         return check
@@ -467,6 +471,14 @@ def _judged(run, claim, theory):
     if short:
         return measured_of(run, claim)._replace(passed=None, note=short)
     return _within_cost(run, claim, theory, cost, why)
+
+
+def _missed_at_limits(run, claim, limited):
+    """Return why a run in which robots were at limits, ``limited`` in words, misses ``claim``."""
+    parts = part_of(run, slice(0, 1 + 3 * len(run.time) // 4)), run
+    then, now = (_cost(claim, part)[0] for part in parts)
+    falls = None not in (then, now) and then - now > claim.tolerance
+    return _joined(FALLS.format(then, now) if falls else "", UNFREE.format(limited))
 
 
 def _within_cost(run, claim, theory, cost, why):

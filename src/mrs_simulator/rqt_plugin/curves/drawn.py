@@ -61,6 +61,7 @@ class DrawnCurves(QWidget):
         self._ranges = ()
         self._live = self._source = Source(History())  # of the run of now; what is shown
         self._others, self._own_name = [], THIS  # ``Source``s over it, and what it is called then
+        self._remark = ""  # on the curves of the run of now
         self._picked = 0  # the number of the robot that is picked out
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
@@ -102,6 +103,12 @@ class DrawnCurves(QWidget):
         """
         self._others, self._own_name = list(others), own or THIS
         self._renew()
+
+    def mark(self, remark):
+        """Write ``remark`` into the curves of the run of now, "" for none."""
+        if remark != self._remark:
+            self._remark = remark
+            self._renew()
 
     def pick_out(self, number):
         """Draw the curves of the robot ``number`` above all others, 0 for none."""
@@ -262,6 +269,7 @@ class DrawnCurves(QWidget):
         self._dirty, self._drawn = False, stamp
         index, (found, message) = self._index(), self._data()
         limits = self._time_limits(), self._ylim
+        self._plot.remark = self._remark if found and self._source is self._live else ""
         self._plot.update(found, stamp[0], index, message, *limits)
         self._on_drawn()
 

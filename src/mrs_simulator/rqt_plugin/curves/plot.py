@@ -58,6 +58,7 @@ class CurvesPlot:
         self.figure = Figure(figsize=(5, 3), dpi=DPI)
         self.axes, self._bar = self.figure.add_subplot(1, 1, 1), None
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
+        self.remark = ""  # above the axes
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
 
     def take_look(self, family, pixels, face, base, text):
@@ -92,7 +93,7 @@ class CurvesPlot:
         self._curves, self._numbers, self._index = curves, numbers, index
         box, lone = self.figure.bbox, all(len(curve.time) == 1 for curve in curves)
         looks = [(curve.name, curve.style) for curve in curves]
-        built = looks, numbers, index, message, box.size.tolist(), lone
+        built = looks, numbers, index, message, box.size.tolist(), lone, self.remark
         if built != self._built:
             self._build(message, {"marker": "o", "ms": 3} if lone else {})
             self._built = built
@@ -177,6 +178,10 @@ class CurvesPlot:
             for curve in self._curves:
                 axes.plot([], [], **curve.style, **marks)
         self._name_curves()
+        if self.remark and not self._is_low():
+            self._above()
+            corner = {"va": "bottom", "transform": axes.transAxes, "fontproperties": self._font}
+            axes.text(0.0, 1.015, self.remark, color=self._text, **corner)
 
     def _number(self, axis, most, offset):
         axis.set_major_locator(MaxNLocator(int(np.clip(most, 2, 8)), steps=[1, 2, 5, 10]))

@@ -43,6 +43,7 @@ TITLES = {
     NOT_JUDGED: "not judged",
 }
 BEFORE = "No verdict yet: how claims stand is shown here while a run goes on."
+LAST = "last run"  # on the tab, of a verdict that is marked
 MOST_GAPS = 12
 REQUIREMENT = "requirement"
 
@@ -56,7 +57,6 @@ class VerdictPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.verdict = None  # as in verdict.json, None before the first
-        self.is_live = False  # whether a run goes on whose claims are shown
         self._title, self._more = MessageLabel("aside"), MessageLabel("aside")
         self._table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
         self._copy = QPushButton("Copy")
@@ -76,6 +76,7 @@ class VerdictPanel(QWidget):
         self._copy.setEnabled(False)
         self._title.say(BEFORE)
         self._checks = []  # of the rows
+        self._remark, self._said, self._headline = "", (BEFORE, "aside"), ""
         for chosen in (self._table.cellClicked, self._table.cellActivated):
             chosen.connect(self._on_row)
 
@@ -85,23 +86,41 @@ class VerdictPanel(QWidget):
 
     def set_standings(self, rows, time, duration):
         """Show how claims stand, ``rows`` as of ``standing.standings``, ``time`` [s] into a run."""
-        self.verdict, self.is_live = None, True
+        self.verdict = None
         rows = sorted(rows, key=_place)
         counts = [(sum(row["standing"] == stand for row in rows), stand) for stand in STANDS]
         said = ", ".join("{} {}".format(*each) for each in counts if each[0])
         said = said.replace("does not apply", "not judged")
         failing = counts[1][0]
         title = "Running, {:.1f} of {:g} s: {}".format(time, duration, said)
-        self._title.say(title, "error" if failing else "aside")
+        self._say(title, "error" if failing else "aside")
         self._show_rows(rows, [row["standing"] for row in rows])
         self._more.say("")
-        self.headline_changed.emit("{} failing".format(failing) if failing else "on course")
+        self._head("{} failing".format(failing) if failing else "on course")
+
+    def mark(self, remark):
+        """Say with a verdict that it is of the ``remark``, "" where it is of the run shown."""
+        if remark != self._remark:
+            self._remark = remark
+            self._say(*self._said)
+            self._head(self._headline)
+
+    def _say(self, title, kind):
+        """Show the line above the table."""
+        self._said = title, kind
+        marked = self._remark if self.verdict is not None else ""
+        text = "{}: {}".format(marked[0].upper() + marked[1:], title) if marked else title
+        self._title.say(text, "aside" if marked else kind)
+
+    def _head(self, outcome):
+        self._headline = outcome
+        marked = self._remark and outcome and self.verdict is not None
+        self.headline_changed.emit("{} ({})".format(outcome, LAST) if marked else outcome)
 
     def show_trouble(self, text):
         """Show in place of a verdict why there is none."""
         self.clear()
-        self.is_live = True
-        self._title.say(text, "error")
+        self._say(text, "error")
 
     def _show_rows(self, checks, words):
         """Show ``checks`` with their results in ``words``; rows that stand as before keep their place."""
@@ -117,7 +136,7 @@ class VerdictPanel(QWidget):
 
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
-        self.verdict, self.is_live = verdict, False
+        self.verdict = verdict
         wanted = map(_as_check, verdict.get("requirements", []))
         checks = sorted([*verdict["checks"], *wanted], key=_place)
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
@@ -125,18 +144,16 @@ class VerdictPanel(QWidget):
         outcome = outcome_of(verdict)
         title = "{}: {}".format(verdict["title"] or "run", TITLES[outcome])
         reason = [verdict["reason"]] if verdict.get("reason") else []
-        self._title.say(
-            "{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]]
-        )
+        self._say("{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]])
         self._show_rows(checks, [WORDS[check["passed"]] for check in checks])
         self._more.say(_more(verdict))
-        self.headline_changed.emit(TITLES[outcome])
+        self._head(TITLES[outcome])
 
     def clear(self):
         """Show no verdict: the run that it was on is gone."""
-        self.verdict, self.is_live = None, False
-        self.headline_changed.emit("")
-        self._title.say(BEFORE, "aside")
+        self.verdict = None
+        self._head("")
+        self._say(BEFORE, "aside")
         self._checks = []
         self._table.set_rows([])
         self._more.say("")

@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from mrs_simulator.pictures.camera import STEEPEST, Camera, on_screen
+from mrs_simulator.pictures.moving_parts import Odometer
 from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import drawn, drawn_signs, framed
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
@@ -36,6 +37,7 @@ class Canvas(QWidget):
         super().__init__(parent)
         self.camera, self.cost = Camera(yaw=YAW), 0.0  # [s] that the last picture took
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
+        self._odometer = Odometer()
         self._pressed = None  # where a click or drag began
         self._card = graphics_card()
         self._aside = self.camera.yaw, self.camera.pitch  # [deg] before it looked straight down
@@ -50,8 +52,9 @@ class Canvas(QWidget):
         return QSize(40 * line, 24 * line)
 
     def show_scene(self, scene):
-        """Show ``scene``, a ``Scene``."""
-        self.scene = scene
+        """Show ``scene``, a ``Scene``; its wheels turn by how far the robots went since the one before."""
+        state = scene.state
+        self.scene = scene._replace(rolled=self._odometer.at(state.robots, state.pose))
         self._keep_in_view()
         self.update()
 

@@ -3,13 +3,14 @@
 It draws off the screen: no widget has to become an OpenGL one, which would make its window anew.
 """
 
-import ctypes
+from typing import NamedTuple
 
 import numpy as np
 
 from mrs_simulator.pictures.camera import FIELD_OF_VIEW
 from mrs_simulator.pictures.ground import ON_WATER, STRENGTH, step
 from mrs_simulator.pictures.instances import instances, triangles
+from mrs_simulator.pictures.trails import shown_trails
 from mrs_simulator.pictures.view import View
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize
 from mrs_simulator.rqt_plugin.qt.QtGui import (
@@ -22,18 +23,17 @@ from mrs_simulator.rqt_plugin.qt.QtGui import (
 from mrs_simulator.rqt_plugin.view.shaders import (
     BODY,
     LIT,
-    PATH,
-    PLAIN,
     RAY,
     SURROUNDINGS,
-    WIDEN,
 )
 from mrs_simulator.rqt_plugin.widgets.guard import LOG
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
 
 try:
     from OpenGL import GL
-    from OpenGL.GL.shaders import compileProgram, compileShader
+
+    from mrs_simulator.rqt_plugin.view.gl_lines import GlLines
+    from mrs_simulator.rqt_plugin.view.gl_parts import describe, program, upload, vertex_array
 except Exception:  # it may be missing, or fail to find the driver's library
     GL = None
 
@@ -87,10 +87,9 @@ class GraphicsCard:
         self._empty = GL.glGenVertexArrays(1)
         GL.glBindVertexArray(self._empty)
         ends = GL.GL_VERTEX_SHADER, GL.GL_FRAGMENT_SHADER
-        self._bodies = _program(zip((BODY, LIT), ends))
-        self._surroundings = _program(zip((RAY, SURROUNDINGS), ends))
-        self._paths = _program([(PATH, ends[0]), (WIDEN, GL.GL_GEOMETRY_SHADER), (PLAIN, ends[1])])
-        self._path_array, self._path_buffer = _array(((0, 3), (1, 4)), 7)
+        self._bodies = program(zip((BODY, LIT), ends))
+        self._surroundings = program(zip((RAY, SURROUNDINGS), ends))
+        self._lines = GlLines()
         self._meshes, self._target = {}, None
         self._end()
 
@@ -131,17 +130,39 @@ class GraphicsCard:
         GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT)
         self._draw_surroundings(scene, view)
         GL.glEnable(GL.GL_DEPTH_TEST)
-        matrix, things = _matrix(view), list(instances(scene, view.palette.obstacle))
-        groups = self._uploaded(things)
+        matrix, groups = _matrix(view), self._uploaded(instances(scene, view.palette.obstacle))
+        solid = [each for each in groups if each.opacity == 1.0]
         GL.glUseProgram(self._bodies.name)
         self._bodies.give(camera=matrix, light=_light(view), eye=view.eye, dark=view.palette.shadow)
-        self._draw_shadows(groups)
-        self._bodies.give(flat_share=0.0)
-        _draw_groups(groups)
-        self._draw_trails(scene, view, matrix)
+        self._draw_shadows([each for each in groups if each.casts])
+        self._bodies.give(flat_share=0.0, opacity=1.0)
+        _draw_groups(solid)
+        self._draw_lines(scene, view, matrix)
+        self._draw_sheer([each for each in groups if each.opacity < 1.0])
         GL.glDisable(GL.GL_DEPTH_TEST)
         GL.glBindVertexArray(0)
         GL.glUseProgram(0)
+
+    def _draw_lines(self, scene, view, matrix):
+        pairs = zip(shown_trails(scene, view), np.asarray(scene.shades))
+        trails = [(trail + (0.0, 0.0, LIFT), (*shade, 1.0)) for trail, shade in pairs]
+        _blend(True)
+        self._lines.draw(trails, matrix, view, LINE)
+        _blend(False)
+
+    def _draw_sheer(self, groups):
+        """Draw what is seen through: of each such body the surfaces in front alone."""
+        GL.glUseProgram(self._bodies.name)
+        GL.glColorMask(*[GL.GL_FALSE] * 4)
+        _draw_groups(groups)
+        GL.glColorMask(*[GL.GL_TRUE] * 4)
+        GL.glDepthFunc(GL.GL_LEQUAL)
+        _blend(True)
+        for each in groups:
+            self._bodies.give(opacity=each.opacity)
+            _draw_groups([each])
+        _blend(False)
+        GL.glDepthFunc(GL.GL_LESS)
 
     def _draw_surroundings(self, scene, view):
         palette, water, wide = view.palette, scene.on_water, step(view)
@@ -159,9 +180,7 @@ class GraphicsCard:
 
     def _draw_shadows(self, groups):
         """Darken the ground once, however many bodies shade it."""
-        GL.glEnable(GL.GL_BLEND)
-        mixed = GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA
-        GL.glBlendFuncSeparate(*mixed, GL.GL_ZERO, GL.GL_ONE)  # the picture stays opaque
+        _blend(True)
         GL.glEnable(GL.GL_STENCIL_TEST)
         GL.glStencilFunc(GL.GL_EQUAL, 0, 255)
         GL.glStencilOp(GL.GL_KEEP, GL.GL_KEEP, GL.GL_INCR)
@@ -170,10 +189,10 @@ class GraphicsCard:
         _draw_groups(groups)
         GL.glDepthMask(GL.GL_TRUE)
         GL.glDisable(GL.GL_STENCIL_TEST)
-        GL.glDisable(GL.GL_BLEND)
+        _blend(False)
 
     def _uploaded(self, things):
-        """Return (vertex array, corners, things) of each mesh, with the places of today's ``things``."""
+        """Return the ``_Group`` of each of ``things``, with their places of today."""
         groups = []
         for each in things:
             array, buffer, corners = self._mesh(each)
@@ -182,96 +201,50 @@ class GraphicsCard:
             rows[:, :12].reshape(m, 3, 4)[:, :, :3] = each.turn
             rows[:, :12].reshape(m, 3, 4)[:, :, 3] = each.place
             rows[:, 12:] = each.shades
-            _upload(buffer, rows)
-            groups.append((array, corners, m))
+            upload(buffer, rows)
+            groups.append(_Group(array, corners, m, each.opacity, each.casts))
         return groups
 
     def _mesh(self, thing):
         """Return the vertex array, the buffer of places, and the number of corners of a thing's model."""
-        key = id(thing.model), tuple(thing.place[0]) if len(thing.place) == 1 else ()
+        key = id(thing.model), thing.has_nose, thing.opacity, thing.casts
         if key not in self._meshes:
             rows = triangles(thing.model, thing.has_nose)
-            array, corners = _array(tuple(enumerate(CORNER_PARTS)), CORNER)
-            _upload(corners, rows)
+            array, corners = vertex_array(tuple(enumerate(CORNER_PARTS)), CORNER)
+            upload(corners, rows)
             buffer = GL.glGenBuffers(1)
             GL.glBindBuffer(GL.GL_ARRAY_BUFFER, buffer)
             first = len(CORNER_PARTS)
-            _describe(tuple(enumerate(INSTANCE_PARTS, first)), INSTANCE)
+            describe(tuple(enumerate(INSTANCE_PARTS, first)), INSTANCE)
             for place in range(first, first + len(INSTANCE_PARTS)):
                 GL.glVertexAttribDivisor(place, 1)
             self._meshes[key] = thing.model, array, buffer, len(rows)  # the model keeps its id
         return self._meshes[key][1:]
 
-    def _draw_trails(self, scene, view, matrix):
-        pieces = []
-        for trail, shade in zip(scene.trails, np.asarray(scene.shades)):
-            if len(trail) > 1:
-                ends = np.repeat(trail, 2, axis=0)[1:-1] + (0.0, 0.0, LIFT)
-                pieces.append(np.column_stack([ends, np.tile((*shade, 1.0), (len(ends), 1))]))
-        if not pieces:
-            return
-        rows = np.concatenate(pieces).astype(np.float32)
-        GL.glUseProgram(self._paths.name)
-        pixel = 2.0 / view.width, 2.0 / view.height
-        self._paths.give(camera=matrix, pixel=pixel, wide=LINE)
-        GL.glBindVertexArray(self._path_array)
-        _upload(self._path_buffer, rows)
-        GL.glDrawArrays(GL.GL_LINES, 0, len(rows))
+
+class _Group(NamedTuple):
+    """Things of one mesh that are drawn by one call."""
+
+    array: int
+    corners: int
+    count: int
+    opacity: float
+    casts: bool  # a shadow
 
 
-class _Program:
-    """A linked program, with its uniforms by name."""
-
-    def __init__(self, name):
-        self.name, self._places = name, {}
-
-    def give(self, **values):
-        """Set uniforms; vectors are tuples or arrays, matrices are given row by row."""
-        setters = {0: GL.glUniform1f, 2: GL.glUniform2f, 3: GL.glUniform3f}
-        for key, value in values.items():
-            if key not in self._places:
-                self._places[key] = GL.glGetUniformLocation(self.name, key)
-            place, value = self._places[key], np.asarray(value, dtype=np.float32)
-            if value.ndim == 2:
-                setter = GL.glUniformMatrix4fv if len(value) == 4 else GL.glUniformMatrix3fv
-                setter(place, 1, GL.GL_TRUE, np.ascontiguousarray(value))
-            else:
-                setters[value.size if value.ndim else 0](place, *np.atleast_1d(value).tolist())
-
-
-def _program(parts):
-    """Return the ``_Program`` of ``parts``: a text and the kind of shader each."""
-    shaders = [compileShader(*part) for part in parts]
-    return _Program(int(compileProgram(*shaders, validate=False)))
-
-
-def _array(parts, width):
-    """Return a vertex array and its buffer; ``parts``: (location, floats) of a row of ``width`` floats."""
-    array, buffer = GL.glGenVertexArrays(1), GL.glGenBuffers(1)
-    GL.glBindVertexArray(array)
-    GL.glBindBuffer(GL.GL_ARRAY_BUFFER, buffer)
-    _describe(parts, width)
-    return array, buffer
-
-
-def _describe(parts, width):
-    begin = 0
-    for place, count in parts:
-        GL.glEnableVertexAttribArray(place)
-        where = ctypes.c_void_p(4 * begin)
-        GL.glVertexAttribPointer(place, count, GL.GL_FLOAT, GL.GL_FALSE, 4 * width, where)
-        begin += count
-
-
-def _upload(buffer, rows):
-    GL.glBindBuffer(GL.GL_ARRAY_BUFFER, buffer)
-    GL.glBufferData(GL.GL_ARRAY_BUFFER, rows.nbytes, rows, GL.GL_STREAM_DRAW)
+def _blend(on):
+    if not on:
+        GL.glDisable(GL.GL_BLEND)
+        return
+    GL.glEnable(GL.GL_BLEND)
+    mixed = GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA
+    GL.glBlendFuncSeparate(*mixed, GL.GL_ZERO, GL.GL_ONE)  # the picture stays opaque
 
 
 def _draw_groups(groups):
-    for array, corners, count in groups:
-        GL.glBindVertexArray(array)
-        GL.glDrawArraysInstanced(GL.GL_TRIANGLES, 0, corners, count)
+    for each in groups:
+        GL.glBindVertexArray(each.array)
+        GL.glDrawArraysInstanced(GL.GL_TRIANGLES, 0, each.corners, each.count)
 
 
 def _light(view):

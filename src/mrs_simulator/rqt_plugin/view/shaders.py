@@ -22,6 +22,7 @@ void main() {
 LIT = """#version 330 core
 in vec3 hue; in vec3 facing; in vec3 at; out vec4 colour;
 uniform vec3 light; uniform vec3 eye; uniform float flat_share; uniform float dark;
+uniform float opacity;
 void main() {
     if (flat_share > 0.5) { colour = vec4(0.0, 0.0, 0.0, dark); return; }
     vec3 n = normalize(facing);
@@ -29,7 +30,7 @@ void main() {
     float diffuse = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.z;
     float gleam = 0.18 * pow(max(dot(n, middle), 0.0), 24.0);
     vec3 base = 0.06 + 0.94 * hue;
-    colour = vec4(base * (0.28 + 0.20 * sky + 0.58 * diffuse) + gleam, 1.0);
+    colour = vec4(base * (0.28 + 0.20 * sky + 0.58 * diffuse) + gleam, opacity);
 }"""
 # One large triangle: the ground where a ray from the eye meets it, else the sky.
 RAY = """#version 330 core

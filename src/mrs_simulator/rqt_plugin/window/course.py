@@ -30,8 +30,7 @@ class Course:
         history, panel = self._history, self._panels.verdict
         if history.cleared != self._cleared:  # another run, or none
             self._cleared = history.cleared
-            if panel.is_live:
-                panel.clear()
+            panel.clear()
         self._judge.follow(self._live.ran)
         said = self._judge.take()
         if said is None:

@@ -19,9 +19,12 @@ UNTIMELY = (
 class Status:
     """Status line, enabled buttons, and the banners of emergency stop, hanging law and timing."""
 
-    def __init__(self, panels, study, results, trial, whole):
-        """``trial``: the ``LawTrial``, during which nothing can be done; ``whole``: the ``WholeRun``."""
-        self._whole = whole
+    def __init__(self, panels, study, results, trial, whole, past):
+        """``trial``: the ``LawTrial``, during which nothing can be done; ``whole``: the ``WholeRun``.
+
+        ``past``: the ``PastRun``.
+        """
+        self._whole, self._past = whole, past
         self._panels, self._study, self._results, self._trial = panels, study, results, trial
         self._had_master, self._dismissed = False, False  # the banner of a hanging law
 
@@ -43,6 +46,8 @@ class Status:
     def _show_lines(self):
         for name, (good, text) in self._study.state.lines().items():
             label = self._panels.status[name]
+            if name == "time" and text and self._past.remark:
+                text = "{} ({})".format(text, self._past.remark)
             light = "<span style='color:{}'>\u25cf</span> {}"
             short = text.partition(":")[0] if name == "master" else text
             label.setText(light.format(GOOD[good], html.escape(short)))

@@ -12,8 +12,9 @@ from mrs_simulator.pictures import camera as cameras
 from mrs_simulator.pictures import ground
 from mrs_simulator.pictures.camera import Camera, clipped_polygon, clipped_segments, on_screen
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons, Texts
+from mrs_simulator.pictures.instances import instances
 from mrs_simulator.pictures.palette import DARK, LIGHT, START
-from mrs_simulator.pictures.scene import Scene, drawn, framed
+from mrs_simulator.pictures.scene import GHOST_SHOWN, Scene, drawn, framed, ghosts_at
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, solid_of
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
@@ -350,6 +351,33 @@ def test_numbers_are_above_bodies_however_near(pitch):
     seen = near.seen(kind_model(kind("pioneer3dx")).vertices @ np.eye(3))
     top = on_screen(seen, 600, 450)[:, 1].min()
     assert -45.0 < numbers.places[0, 1] - top < 0.0
+
+
+def test_ghosts_are_faint_robots_with_ways_that_end_in_rings():
+    shades = np.array([BLUE])
+    way = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)])
+    one = kind("pioneer3dx"), np.array([(1.0, 1.0, 0.0)]), np.zeros(1)
+    ghosts = ghosts_at(one[:1], *one[1:], shades, [way], shades)._replace(ringed=True)
+    team = scene([(0, 0, 0)])
+    plain, picture = (
+        drawn(each, ABOVE, WIDTH, HEIGHT) for each in (team, team._replace(ghosts=(ghosts,)))
+    )
+    assert len(picture.layers) == len(plain.layers) + 3  # the way, the ring, the robot
+    (path,) = layers(picture, Paths)
+    assert path.colours[0, :3].tolist() == list(BLUE) and 0.2 < path.colours[0, 3] < 0.7
+    (ring,) = [each for each in layers(picture, Lines) if len(each.segments) == 12]
+    scale = View(ABOVE, WIDTH, HEIGHT, LIGHT).scale / ABOVE.distance
+    middle = ring.segments[:, 0].mean(axis=0) - (0.5 * WIDTH, 0.5 * HEIGHT)
+    assert np.allclose(middle / scale, (1.0, -1.0), atol=0.1)
+    assert GHOST_SHOWN in [each.colours[:, 3].max() for each in layers(picture, Polygons)]
+    lost = ghosts._replace(place=np.full((1, 3), np.nan), paths=(), path_shades=())
+    drawn(team._replace(ghosts=(lost,)), ABOVE, WIDTH, HEIGHT)
+    (body,) = [
+        each
+        for each in instances(team._replace(ghosts=(ghosts,)), LIGHT.obstacle)
+        if each.opacity < 1.0
+    ]
+    assert not body.casts and body.place.tolist() == [[1.0, 1.0, 0.0]]
 
 
 def test_both_painters_show_the_same_picture():

@@ -14,6 +14,7 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 from ros_fixtures import wait_until
 
+from mrs_simulator.rqt_plugin.curves.quantities import ERROR
 from mrs_simulator.study.run.ahead import Future
 
 APP = QApplication.instance() or QApplication([])
@@ -67,8 +68,29 @@ def test_a_robot_that_is_dragged_stays_where_it_is_and_its_ghost_goes_on(study):
     )
     assert study.map.ahead.moved == (1,) and study.map.team.pose.tolist() == before.tolist()
     assert study.scenario.poses.tolist() == before.tolist()
+    (ghosts,) = [each for each in study.map.scene().ghosts if each.kinds]  # in 3D, too
+    assert len(ghosts.kinds) == len(before) + 1 and len(ghosts.paths) == len(before)
     study.modes["look"].setChecked(True)
     assert study.map.ahead is None
+
+
+def error_curves(study):
+    """Return the error curves shown, by name."""
+    panel = study.curves
+    tabs = [panel._tabs.tabData(place) for place in range(panel._tabs.count())]
+    panel._tabs.setCurrentIndex(tabs.index(ERROR))
+    return {curve.name: curve for curve in panel._data()[0]}
+
+
+def test_the_error_of_a_look_ahead_is_a_dashed_curve_until_it_is_cleared(study):
+    study.map_panel.ahead.slider.setValue(20)
+    looked(study)
+    curve = error_curves(study)["What if"]
+    assert curve.time.tolist() == [0.0, 1.0, 2.0] and curve.values.tolist() == [3.0, 2.0, 0.125]
+    assert curve.style["ls"] not in ("-", study.curves._plot.error_styles()[1]["ls"])
+    assert study.curves._time_limits()[1] >= 2.0
+    study.map_panel.ahead.clear_button.click()
+    assert "What if" not in error_curves(study)
 
 
 def test_gains_are_moved_by_a_slider_and_edges_cut_by_a_click(study):

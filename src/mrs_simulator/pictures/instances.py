@@ -10,7 +10,8 @@ from mrs_simulator.pictures.arms import load_tile, scene_arms
 from mrs_simulator.pictures.moving_parts import frames as moved_frames
 from mrs_simulator.pictures.moving_parts import parted, rolled_angle, spin_angle
 from mrs_simulator.pictures.robots import about_z, rotations
-from mrs_simulator.pictures.solids import model_of
+from mrs_simulator.pictures.scene import GHOST_SHOWN
+from mrs_simulator.pictures.solids import kind_model, model_of
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 from mrs_simulator.state.columns import JOINTS
 from mrs_simulator.vehicles.shape import FORMS, Part
@@ -52,6 +53,11 @@ def instances(scene, obstacle_colour):
             )
     if scene.carried is not None:
         found.append(_load(*scene.carried))
+    for ghosts in scene.ghosts:
+        sure = np.isfinite(ghosts.place).all(axis=1) & np.isfinite(ghosts.turn).all(axis=(1, 2))
+        for kind, rows in _rows_of(ghosts.kinds, sure):
+            where = ghosts.place[rows], ghosts.turn[rows], ghosts.shades[rows]
+            found.append(Instances(kind_model(kind), *where, True, GHOST_SHOWN, casts=False))
     standing = [each for each in scene.obstacles if not is_flat(each)]
     return _merged([*found, *_obstacles(standing, obstacle_colour)])
 

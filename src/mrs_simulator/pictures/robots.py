@@ -187,6 +187,19 @@ def things(view, robots, obstacles, arms=(), load=None):
     return Polygons(taken(points, counts, order), counts[order], colours[order], rims[order])
 
 
+def faint(view, ghosts, opacity):
+    """Return the faces of ``Ghosts`` that face the camera, seen through; None where there are none."""
+    if not len(ghosts.kinds):
+        return None
+    team = seen_robots(view, ghosts.kinds, ghosts.place, ghosts.place, ghosts.turn, ghosts.shades)
+    faces = things(view, team, ())
+    if faces is None:
+        return None
+    colours = np.array(faces.colours)
+    colours[:, 3] *= opacity
+    return faces._replace(colours=colours, rims=np.zeros_like(faces.rims))
+
+
 def _arm_faces(view, robots, arms):
     """Yield the faces of the ``arms`` of those robots that are large enough in the picture."""
     chosen = (robots.inside & (robots.size >= LEAST_SEEN))[arms.rows]

@@ -19,10 +19,31 @@ ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
 # [m], and [-] of a team's longer side: obstacles so near to it are framed with it
 LEAST_NEAR, NEAR_TEAM = 1.5, 0.35
+# [-] opacity of trails; of ghosts, of their paths, and of rings where these end
+TRAIL_SHOWN, GHOST_SHOWN, PATH_SHOWN, END_SHOWN = 0.9, 0.45, 0.45, 0.75
 TRAIL, PLUMB = 1.6, 1.2  # [px] widths of lines
 SPACING = 3.0  # [px] between points of a trail
 RING, RING_RADIUS, RING_CORNERS = 3.0, 1.35, 48  # [px] wide; [-] of a robot's reach; corners
 FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
+
+
+class Ghosts(NamedTuple):
+    """m robots as they may be, or as they were in another run, drawn faintly, and the ways of k of them."""
+
+    kinds: Tuple[Any, ...]
+    place: Any  # (m, 3) [m]
+    turn: Any  # (m, 3, 3), into the common frame
+    shades: Any  # (m, 3)
+    paths: Tuple[Any, ...] = ()  # (p, 3) [m] each
+    path_shades: Any = ()  # (k, 3)
+    ringed: bool = False  # whether a ring is where each path ends
+
+
+def ghosts_at(kinds, pose, heights, shades, paths=(), path_shades=()):
+    """Return the ``Ghosts`` of upright robots at ``pose`` (m, 3) and ``heights`` (m,) [m]."""
+    place = np.column_stack([pose[:, :2], heights])
+    turn = robots.about_z(pose[:, 2])
+    return Ghosts(tuple(kinds), place, turn, np.asarray(shades), tuple(paths), path_shades)
 
 
 class Scene(NamedTuple):
@@ -44,6 +65,7 @@ class Scene(NamedTuple):
     chosen: Any = None  # the row of a robot that is picked out
     # (n, 3) [m, m, rad] that the robots have gone along and across their headings, and turned, on wheels
     rolled: Any = None
+    ghosts: Tuple[Any, ...] = ()  # ``Ghosts``
 
     @property
     def place(self):
@@ -75,7 +97,7 @@ def framed(scene, camera, width, height, whole=True):
 
     ``whole``: all trails and obstacles too, else those obstacles alone that are near.
     """
-    points = [_room_of_robots(scene)]
+    points = [_room_of_robots(scene), *(each.place for each in scene.ghosts)]
     if scene.targets is not None:
         points.append(scene.targets)
     if scene.carried is not None:
@@ -136,6 +158,7 @@ def drawn_signs(scene, camera, width, height, palette=LIGHT):
     layers = (
         _plumb_lines(view, scene, place),
         *_edges(view, scene, team),
+        _ends(view, scene),
         _starts(view, scene),
         _targets(view, scene),
         robots.marks(team, robots.LEAST_SEEN),  # over bodies that are larger they would hide them
@@ -158,10 +181,13 @@ def drawn(scene, camera, width, height, palette=LIGHT):
         robots.shadows(view, team, _above(scene, arms)),
         _plumb_lines(view, scene, place),
         *_edges(view, scene, team),
-        _trails(view, scene),
+        _ways(view, scene.trails, scene.shades, TRAIL_SHOWN),
+        *(_ways(view, each.paths, each.path_shades, PATH_SHOWN) for each in scene.ghosts),
+        _ends(view, scene),
         _starts(view, scene),
         _targets(view, scene),
         _ring(view, scene),
+        *(robots.faint(view, each, GHOST_SHOWN) for each in scene.ghosts),
         robots.marks(team),
         robots.things(
             view,
@@ -177,21 +203,31 @@ def drawn(scene, camera, width, height, palette=LIGHT):
     return Drawing(view.width, view.height, colour, tuple(each for each in layers if each))
 
 
-def _trails(view, scene):
-    """Return the robots' trails, in their colours."""
-    held = [len(trail) for trail in scene.trails]
+def _ways(view, ways, shades, opacity):
+    """Return the ``ways`` of robots, (k, 3) [m] each, in their ``shades``."""
+    held = [len(way) for way in ways]
     if not sum(held):
         return None
-    points, owner = np.concatenate(scene.trails), np.repeat(np.arange(len(held)), held)
+    points, owner = np.concatenate(ways), np.repeat(np.arange(len(held)), held)
     screen, ahead = _ahead(view, points)
-    # A trail that passes behind the eye is seen in pieces.
+    # One that passes behind the eye is seen in pieces.
     piece = (np.cumsum(~ahead) * len(held) + owner)[ahead]
     if not len(screen):
         return None
     kept, begins = _spaced(screen, piece)
     counts = np.diff(np.r_[np.flatnonzero(begins[kept]), kept.sum()])
-    colours = np.asarray(scene.shades)[owner[ahead][begins]]
-    return Paths(screen[kept], counts, with_opacity(colours, 0.9), TRAIL)
+    colours = np.asarray(shades)[owner[ahead][begins]]
+    return Paths(screen[kept], counts, with_opacity(colours, opacity), TRAIL)
+
+
+def _ends(view, scene):
+    """Return a ring where each path of ringed ghosts ends."""
+    ringed = [each for each in scene.ghosts if each.ringed and len(each.paths)]
+    if not ringed:
+        return None
+    places, ahead = _ahead(view, np.array([path[-1] for each in ringed for path in each.paths]))
+    shades = np.concatenate([each.path_shades for each in ringed])[ahead]
+    return signs.rings(places, with_opacity(shades, END_SHOWN), len(scene.kinds))
 
 
 def _spaced(screen, piece):

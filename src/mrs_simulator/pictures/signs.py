@@ -13,6 +13,7 @@ EDGE_WIDTH = 1.4  # [px]
 # [px] length of an edge's head, and what it has more of its line's width [-]
 HEAD, WIDER = 7.0, 1.5
 CROSS_WIDTH = 1.8  # [px]
+RING_RADII, RING_WIDTH = (5.0, 3.5, 2.0), 1.4  # [px], in teams of some, more, many
 TOWARD_TEXT = 0.25  # [-] of crosses: share of the text's colour, to stand out from trails
 
 
@@ -40,6 +41,14 @@ def starts(places, count, unit=1.0):
     """
     colours = np.tile((*START, 1.0), (len(places), 1))
     return dots(places, colours, by_count(count, 3.0, 2.2, 1.5) * unit)
+
+
+def rings(places, colours, count):
+    """Return rings at ``places`` (m, 2) [px] in ``colours`` (m, 4), as suits ``count`` robots."""
+    rim = by_count(count, *RING_RADII) * circle()
+    corners = np.asarray(places)[:, np.newaxis] + rim
+    segments = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+    return Lines(segments.reshape(-1, 2, 2), np.repeat(colours, CORNERS, axis=0), RING_WIDTH)
 
 
 def crosses(places, shades, text, count, unit=1.0):

@@ -2,6 +2,7 @@
 
 import time as clock
 
+import numpy as np
 from matplotlib.backends.backend_qt5agg import FigureCanvasQTAgg
 
 from mrs_simulator.rqt_plugin.curves import quantities
@@ -11,6 +12,7 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     QUANTITIES,
     Curve,
     ErrorCurve,
+    positive,
     shown_quantities,
 )
 from mrs_simulator.rqt_plugin.curves.source import USUAL_AXES, Source
@@ -34,7 +36,7 @@ FOLLOW = (
     "The time axis ends at the newest sample.\n"
     "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
 )
-THIS = "This run"
+THIS, AHEAD = "This run", "What if"
 BOLD, PALE = 1.8, 0.35  # [-] width of curves picked out; opacity of the others
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 NO_RUN = "No run yet: Run (F5) starts one"
@@ -62,6 +64,7 @@ class DrawnCurves(QWidget):
         self._live = self._source = Source(History())  # of the run of now; what is shown
         self._others, self._own_name = [], THIS  # ``Source``s over it, and what it is called then
         self._remark = ""  # on the curves of the run of now
+        self._ahead = None  # time since the run began [s] and error [m], as it would go on
         self._picked = 0  # the number of the robot that is picked out
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
@@ -75,6 +78,14 @@ class DrawnCurves(QWidget):
     def set_history(self, history):
         """Show ``history``, a ``study.History`` that may go on growing."""
         self._live.history, self._dirty = history, True
+
+    def show_ahead(self, time, error):
+        """Draw the ``error`` [m] of the run as it would go on, at ``time`` [s] since it began; or None."""
+        known = error is not None and time is not None
+        shown = (np.array(time), positive(np.array(error))) if known else None
+        if shown is not None or self._ahead is not None:
+            self._ahead = shown
+            self._renew()
 
     def set_prediction(self, time, error):
         """Draw theory's ``error`` [m] at ``time`` [s] of the run over its own; None, None: no theory."""
@@ -325,6 +336,9 @@ class DrawnCurves(QWidget):
         if source.theory is not None:
             when, error = source.theory
             found.append(Curve("Theory", when + begin, error, theory))
+        if self._ahead is not None:
+            when, error = self._ahead
+            found.append(Curve(AHEAD, when + begin, error, self._plot.ahead_style()))
         for place, other in enumerate(self._others, 1):
             curve = other.error_curve(begin, self._plot.compared_style(place))
             found += [] if curve is None else [curve._replace(name=other.short_name)]
@@ -342,6 +356,8 @@ class DrawnCurves(QWidget):
         for other in self._others if self._xlim is None else ():
             lasts = other.history.time[-1] - other.begin if len(other.history.time) else 0.0
             end = max(end, self._source.begin + lasts)
+        if self._ahead is not None and self._xlim is None and self._index() == ERROR:
+            end = max(end, self._source.begin + self._ahead[0][-1])
         if end <= begin:
             begin, end = begin - 0.5, begin + 0.5
         if self._xlim is not None and self._follow.isChecked():

@@ -32,6 +32,7 @@ MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # besides colours
+AHEAD = (0, (2.2, 1.6))  # the dashes of what is looked ahead of
 MOST_RUNS = 6  # [-] beside each other in a legend
 COLOURS = 7  # [-] of compared runs' errors
 DPI = 96
@@ -82,6 +83,10 @@ class CurvesPlot:
         """Return how to draw the error of the run, and that of theory."""
         run = {"color": self._shade(1, 1), "lw": 1.3 * self._width}
         return run, {"color": self._text, "lw": self._width, "ls": (0, (4, 3))}
+
+    def ahead_style(self):
+        """Return how to draw the error of the run as it would go on."""
+        return dict(self.error_styles()[0], ls=AHEAD)
 
     def compared_style(self, place):
         """Return how to draw the error of the compared run at ``place``, from 1 on."""

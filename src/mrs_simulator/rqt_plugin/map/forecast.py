@@ -14,8 +14,7 @@ MOST_DRAWN = 20000  # [-] points of all paths
 
 def draw_forecast(painter, style, frame, paths, numbers):
     """Draw ``paths`` (k, n, 2) [m] of the robots ``numbers``; of one point alone the ring."""
-    stride = max(1, -(-paths[..., 0].size // MOST_DRAWN))
-    drawn = np.concatenate([paths[:-1:stride], paths[-1:]])
+    drawn = _thinned(paths)
     screen, radius = frame.to_screen(drawn), by_count(len(numbers), *RADIUS) * style.unit
     painter.setBrush(Qt.NoBrush)
     for row, number in enumerate(numbers):
@@ -26,3 +25,15 @@ def draw_forecast(painter, style, frame, paths, numbers):
         painter.drawPolyline(polygon(line))
         painter.setPen(QPen(faded(shade, END), WIDTH * style.unit))
         painter.drawEllipse(QPointF(*line[-1].tolist()), radius, radius)
+
+
+def _thinned(paths):
+    stride = max(1, -(-paths[..., 0].size // MOST_DRAWN))
+    return np.concatenate([paths[:-1:stride], paths[-1:]])
+
+
+def paths_in_space(paths, heights):
+    """Return ``paths`` (k, n, 2) [m] of n robots at ``heights`` (n,) [m], (p, 3) each, a list."""
+    drawn = _thinned(paths)
+    level = np.broadcast_to(heights, drawn.shape[:2])[..., np.newaxis]
+    return list(np.moveaxis(np.concatenate([drawn, level], axis=2), 1, 0))

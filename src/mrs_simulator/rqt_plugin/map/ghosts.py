@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.pictures.scene import Scene
+from mrs_simulator.pictures.scene import Ghosts, Scene
 from mrs_simulator.rqt_plugin.map.drawing import draw_robots
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
@@ -40,6 +40,15 @@ class Ghost(NamedTuple):
         shown = seen & np.isfinite(state.pose).all(axis=1)
         draw_robots(painter, style, frame, self.scene, self.shapes, shown, Sprites())
         painter.restore()
+
+    def in_space(self, with_trails):
+        """Return the same as ``Ghosts``."""
+        scene, paths = self.scene, ()
+        if with_trails:
+            heights = scene.state.heights
+            paths = [np.column_stack([t, np.full(len(t), z)]) for t, z in zip(self.trails, heights)]
+        shades = np.asarray(scene.shades)
+        return Ghosts(scene.kinds, scene.place, scene.turn, shades, tuple(paths), shades)
 
     def _draw_trails(self, painter, style, frame):
         for trail, shade in zip(self.trails, self.scene.shades):

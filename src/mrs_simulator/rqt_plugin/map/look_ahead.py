@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.pictures.scene import ghosts_at
 from mrs_simulator.rqt_plugin.map.drawing import draw_robots
-from mrs_simulator.rqt_plugin.map.forecast import draw_forecast
+from mrs_simulator.rqt_plugin.map.forecast import draw_forecast, paths_in_space
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 
 FAINT = 0.45  # [-] opacity of the robots
@@ -16,6 +17,16 @@ class LookAhead(NamedTuple):
 
     pose: Any  # (k, n, 3) [m, m, rad]
     moved: tuple = ()  # rows of robots that are put elsewhere at the beginning
+
+    def in_space(self, scene):
+        """Return the same as ``Ghosts`` in the ``scene`` of the robots, at the heights of these."""
+        state, shades = scene.state, np.asarray(scene.shades)
+        moved, heights = list(self.moved), state.heights
+        rows = moved + list(range(len(state.robots)))
+        pose = np.concatenate([self.pose[0, moved], self.pose[-1]])
+        paths = paths_in_space(self.pose[..., :2], heights)
+        kinds = [scene.kinds[row] for row in rows]
+        return ghosts_at(kinds, pose, heights[rows], shades[rows], paths, shades)
 
     def draw(self, painter, style, frame, scene, shapes):
         """Draw paths, robots at their ends, and those put elsewhere where they begin.

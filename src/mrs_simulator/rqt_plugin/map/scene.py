@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
-from mrs_simulator.pictures.scene import Scene
+from mrs_simulator.pictures.scene import Ghosts, Scene
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.flashes import Flashes
+from mrs_simulator.rqt_plugin.map.forecast import paths_in_space
 from mrs_simulator.rqt_plugin.map.frame import Frame
 from mrs_simulator.rqt_plugin.map.last_run import LastRun
 from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
@@ -92,7 +93,28 @@ class MapScene(QWidget):
             obstacles=self._standing + self._moving,
             numbered=on["numbers"],
             chosen=rows.get(self.selected),
+            ghosts=tuple(self._ghosts_in_space()),
         )
+
+    def _ghosts_in_space(self):
+        """Yield what is drawn faintly: compared runs, and where robots may go, as ``Ghosts``."""
+        scene = self.team_scene()
+        for ghost in self.ghosts:
+            yield ghost.in_space(self.shown["trails"])
+        if self._has_forecast():
+            paths = paths_in_space(self.forecast, scene.state.heights)
+            known = [row for row, path in enumerate(paths) if np.isfinite(path).all()]
+            yield Ghosts(
+                kinds=(),
+                place=np.empty((0, 3)),
+                turn=np.empty((0, 3, 3)),
+                shades=np.empty((0, 3)),
+                paths=tuple(paths[row] for row in known),
+                path_shades=np.asarray(scene.shades)[known],
+                ringed=True,
+            )
+        if self.ahead is not None and self.ahead.pose.shape[1] == len(self.team.numbers):
+            yield self.ahead.in_space(scene)
 
     # What is shown -------------------------------------------------------------------------------
 

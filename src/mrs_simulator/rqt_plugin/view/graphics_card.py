@@ -10,6 +10,7 @@ import numpy as np
 from mrs_simulator.pictures.camera import FIELD_OF_VIEW
 from mrs_simulator.pictures.ground import ON_WATER, STRENGTH, step
 from mrs_simulator.pictures.instances import instances, triangles
+from mrs_simulator.pictures.scene import PATH_SHOWN
 from mrs_simulator.pictures.trails import shown_trails
 from mrs_simulator.pictures.view import View
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize
@@ -145,9 +146,12 @@ class GraphicsCard:
 
     def _draw_lines(self, scene, view, matrix):
         pairs = zip(shown_trails(scene, view), np.asarray(scene.shades))
-        trails = [(trail + (0.0, 0.0, LIFT), (*shade, 1.0)) for trail, shade in pairs]
+        lines = [(trail + (0.0, 0.0, LIFT), (*shade, 1.0)) for trail, shade in pairs]
+        for ghosts in scene.ghosts:
+            pairs = zip(ghosts.paths, ghosts.path_shades)
+            lines += [(path + (0.0, 0.0, LIFT), (*shade, PATH_SHOWN)) for path, shade in pairs]
         _blend(True)
-        self._lines.draw(trails, matrix, view, LINE)
+        self._lines.draw(lines, matrix, view, LINE)
         _blend(False)
 
     def _draw_sheer(self, groups):

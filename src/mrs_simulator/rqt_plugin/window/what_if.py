@@ -149,6 +149,7 @@ class WhatIf:
         self._subject, self._waits, self._can_keep = None, False, False
         self._moved, self._gains, self._gone, self._shown = {}, {}, [], None
         self._panels.map.show_ahead(None)
+        self._panels.curves.show_ahead(None, None)
         bar = self._panels.map_panel.ahead
         bar.take_back()
         bar.show_state("", False)
@@ -202,6 +203,7 @@ class WhatIf:
     def _show(self, edit, future):
         self._shown = edit, future
         self._panels.map.show_ahead(LookAhead(future.pose, tuple(edit.places)))
+        self._panels.curves.show_ahead(future.time, future.error)
         self._can_keep = future.is_whole
         text = "{}: {}".format(self._said(edit), _outcome(future))
         self._panels.map_panel.ahead.show_state(text, self._can_keep)

@@ -470,3 +470,29 @@ def test_robots_that_the_scenario_does_not_have_are_named(tmp_path, capsys):
         main(["consensus.yaml", "--out", str(tmp_path), *asked])
     said = capsys.readouterr().err
     assert "robots 7 to 8 are not in the scenario: put where there is room, without edges" in said
+
+
+def test_values_of_a_file_are_set_on_the_command_line(tmp_path, capsys):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(
+        "{poses: [[0, 0, 0], [9, 0, 0]], topology: {preset: path}, control: {protocol: consensus}}"
+    )
+
+    def run(*options):
+        with pytest.raises(SystemExit) as caught:
+            common = ["--out", str(tmp_path / "out"), "--duration", "0.4", "--formats", ""]
+            main([str(path), *common, *options])
+        return caught.value.code, capsys.readouterr().err
+
+    assert run("--set", "gain=0.7", "--set", "mismatch.delay=0.2")[0] == 0
+    scenario = load_scenario(tmp_path / "out" / "scenario.yaml")
+    assert scenario.control.parameters["gain"] == 0.7 and set(scenario.mismatch.delay) == {0.2}
+    assert run("--protocol", "discrete_consensus", "--set", "gain=0.6")[0] == 0
+    control = load_scenario(tmp_path / "out" / "scenario.yaml").control
+    assert (control.protocol, control.parameters["gain"]) == ("discrete_consensus", 0.6)
+    code, said = run("--set", "gian=1")
+    assert code == 2 and "unknown 'gian'; did you mean 'gain'" in said
+    code, said = run("--set", "gain")
+    assert code == 2 and "--set 'gain': wanted NAME=VALUE" in said
+    code, said = run("--set", "gain=1", "--sweep", "control.parameters.gain=1,2")
+    assert code == 2 and "given and swept" in said

@@ -11,7 +11,7 @@ import sys
 
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
-from mrs_simulator.scenario.scenario import OVERRIDES, load_scenario
+from mrs_simulator.scenario.scenario import OVERRIDES, load_scenario, scenario_of_file
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.figure_process import drawing
@@ -78,9 +78,7 @@ def _sweep(arguments):
     """Run the sweep and say how many passed, and why not the others; return the exit code."""
     from mrs_simulator.study.run import sweep
 
-    given = _given(arguments, ("robots", *OVERRIDES))
-    if arguments.protocol:
-        given[sweep.PROTOCOL] = arguments.protocol
+    given = {**_given(arguments, ("robots", *OVERRIDES)), **_settings(arguments)}
     axes = map(sweep.read_axis, arguments.sweep)
     part = sweep.read_part(arguments.part) if arguments.part else None
     listed = {}
@@ -119,10 +117,25 @@ def _noting(listed):
 
 
 def _scenario(arguments):
-    scenario = load_scenario(scenario_path(arguments.scenario))
+    path, names = scenario_path(arguments.scenario), ["robots", "protocol", *OVERRIDES]
+    if arguments.set:
+        from mrs_simulator.study.run.sweep import content_of
+
+        scenario = scenario_of_file(content_of(path, _settings(arguments)), path)
+        names.remove("protocol")
+    else:
+        scenario = load_scenario(path)
     if arguments.robots is not None:
         _tell_added(scenario, arguments.robots)
-    return scenario.overridden(**_given(arguments, ("robots", "protocol", *OVERRIDES)))
+    return scenario.overridden(**_given(arguments, names))
+
+
+def _settings(arguments):
+    """Return the values that ``--protocol`` and ``--set`` give, by the paths of keys."""
+    from mrs_simulator.study.run.sweep import PROTOCOL, read_setting
+
+    own = {PROTOCOL: arguments.protocol} if arguments.protocol else {}
+    return {**own, **dict(map(read_setting, arguments.set))}
 
 
 def _tell_doubts(scenarios):
@@ -202,6 +215,13 @@ def _add_scenario(parser):
     parser.add_argument("--odometry", help="world or wheel")
     parser.add_argument("--limits", help="firmware, top or none")
     parser.add_argument("--seed", type=int)
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a parameter of the law, gain=0.3, or any key by its path, mismatch.delay=0.2",
+    )
     add_require_verdict(parser)
 
 

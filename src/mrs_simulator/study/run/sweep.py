@@ -121,7 +121,7 @@ def make_runs(path, axes, given=None, report=None):
     ``ProtocolError`` and ``SweepError``.
     """
     given, axes = given or {}, list(axes)
-    content = _shared(path, given)
+    content = content_of(path, given)
     keys = [key for key, _ in axes]
     if len(set(keys)) != len(keys):
         raise SweepError("a key is swept twice: {}".format(", ".join(keys)))
@@ -180,7 +180,7 @@ def theorem_boundary(path, given=None):
     :func:`make_runs`.
     """
     given = given or {}
-    content = _shared(path, given)
+    content = content_of(path, given)
 
     def boundary(x, y, columns, rows, others):
         name, margins = "", np.full((len(rows), len(columns)), np.nan)
@@ -240,8 +240,17 @@ def summary(verdicts, drawn=False):
     return lines + ["  {} x {}".format(count, why) for why, count in reasons.most_common(SHOWN)]
 
 
-def _shared(path, given):
-    """Return the content of the scenario file ``path`` with the values ``given``.
+def read_setting(text):
+    """Return ``(key, value)`` of ``key=value``, in YAML; a key without a dot is a parameter's name."""
+    key, equals, value = map(str.strip, text.partition("="))
+    if not (key and equals and value):
+        raise ScenarioError("--set {!r}: wanted NAME=VALUE or KEY=VALUE".format(text))
+    path = key if set(key) & set(".[") else "control.parameters." + key
+    return path, parse_yaml(value, "--set {!r}".format(text))
+
+
+def content_of(path, given):
+    """Return the content of the scenario file ``path`` with the values ``given``, by the paths of keys.
 
     Under another protocol only l is left of the control's parameters, as in a single run.
     """
@@ -262,7 +271,7 @@ def put_key(content, key, value):
     for part in parts:
         content = _entry(content, part, key)
         if not isinstance(content, dict):
-            raise SweepError("--sweep {}: {} holds no keys".format(key, part))
+            raise SweepError("{}: {} holds no keys".format(key, part))
     if "[" in last:
         content, last = _entry(content, last, key, above=1)
     content[last] = value
@@ -296,7 +305,7 @@ def _entry(content, part, key, above=0):
     for count in (count.rpartition("]") for count in counts):
         fits = count[1:] == ("]", "") and count[0].isdigit() and isinstance(found, list)
         if not fits or int(count[0]) >= len(found):
-            raise SweepError("--sweep {}: {} is no entry of a list".format(key, part))
+            raise SweepError("{}: {} is no entry of a list".format(key, part))
         held, found = (found, int(count[0])), found[int(count[0])]
     return held if above else found
 

@@ -40,10 +40,11 @@ def test_triangles_cover_each_face_and_face_outwards():
 
 def test_robots_of_known_pose_and_obstacles_are_placed():
     crate = Box(name="crate", x=5.0, y=2.0, length=0.5, width=0.5, height=0.4, yaw=0.0)
-    team, box = instances(scene(obstacles=(crate,)), (0.7, 0.6, 0.5))
+    team, wheels, box = instances(scene(obstacles=(crate,)), (0.7, 0.6, 0.5))
     assert team.place.tolist() == [[0.0, 0.0, 0.0], [3.0, 1.0, 0.0]] and team.has_nose
     assert team.turn[0] @ (1.0, 0.0, 0.0) == pytest.approx([0.0, 1.0, 0.0])
-    assert box.place.tolist() == [[5.0, 2.0, 0.0]] and box.shades.tolist() == [[0.7, 0.6, 0.5]]
+    assert len(wheels.place) == 4 and box.place.tolist() == [[5.0, 2.0, 0.2]]
+    assert box.shades.tolist() == [[0.7, 0.6, 0.5]]
 
 
 class Card:

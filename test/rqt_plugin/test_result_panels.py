@@ -98,11 +98,11 @@ def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict)
     verdict.set_standings(rows, 12.3, 25.0)
     said = "2 on course, 1 failing, 1 not yet decidable"
     assert verdict.title() == "Running, 12.3 of 25 s: " + said
-    assert verdict.is_live and headlines == ["1 failing"]
+    assert verdict.verdict is None and headlines == ["1 failing"]
     row = verdict.row("rate [1/s]")
     assert (row["result"], row["margin"]) == ("on course", "0.15")
     verdict.set_verdict(VERDICT)
-    assert not verdict.is_live and verdict.row("gap [m]")["margin"] == "0.05"
+    assert verdict.verdict is not None and verdict.row("gap [m]")["margin"] == "0.05"
     verdict.clear()
     assert headlines[1:] == ["FAILED", ""]
 

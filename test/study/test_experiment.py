@@ -487,9 +487,9 @@ def test_values_of_a_file_are_set_on_the_command_line(tmp_path, capsys):
     assert run("--set", "gain=0.7", "--set", "mismatch.delay=0.2")[0] == 0
     scenario = load_scenario(tmp_path / "out" / "scenario.yaml")
     assert scenario.control.parameters["gain"] == 0.7 and set(scenario.mismatch.delay) == {0.2}
-    assert run("--protocol", "discrete_consensus", "--set", "gain=0.6")[0] == 0
+    assert run("--protocol", "discrete_consensus", "--set", "eps=0.3")[0] == 0
     control = load_scenario(tmp_path / "out" / "scenario.yaml").control
-    assert (control.protocol, control.parameters["gain"]) == ("discrete_consensus", 0.6)
+    assert (control.protocol, control.parameters["eps"]) == ("discrete_consensus", 0.3)
     code, said = run("--set", "gian=1")
     assert code == 2 and "unknown 'gian'; did you mean 'gain'" in said
     code, said = run("--set", "gain")

@@ -19,6 +19,7 @@ from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.curves import quantities
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES, Curve, ErrorCurve
+from mrs_simulator.rqt_plugin.curves.source import Source
 from mrs_simulator.rqt_plugin.run import history as run_history
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets.colours import STEPS
@@ -502,3 +503,43 @@ def test_curves_show_heights_of_teams_that_fly(panel):
         panel._canvas.draw()
         drawn = np.transpose([line.get_ydata() for line in panel._plot.axes.lines])
         np.testing.assert_allclose(drawn, values)
+
+
+def compared(panel, factors):
+    """Compare the run of ``panel``, whose theory is 1, with runs whose theories are ``factors``, in the error."""
+    panel.set_history(make_history(40))
+    panel._tabs.setCurrentIndex(ERROR)
+    source_of = panel._live, *(Source(make_history(40), "run {}".format(k)) for k in factors)
+    for source, factor in zip(source_of, (1.0, *factors)):
+        source.error = ErrorCurve(lambda pose: np.full(len(pose), 2.0))
+        source.set_prediction(np.arange(4.0), np.full(4, factor))
+    panel.compare(source_of[1:], "own")
+    settle(panel)
+    return [curve.name for curve in panel._plot._curves], panel._plot.axes.get_legend()
+
+
+def test_each_compared_runs_theory_has_its_name_and_its_line(panel):
+    names, legend = compared(panel, [2.0, 3.0])
+    wanted = ["own", "Theory, own", "run 2.0", "Theory, run 2.0", "run 3.0", "Theory, run 3.0"]
+    assert names == wanted == [text.get_text() for text in legend.get_texts()]
+    drawn = lines(panel)
+    for run, theory in zip(drawn[::2], drawn[1::2]):
+        assert run.get_color() == theory.get_color()
+        assert run.get_linestyle() == theory.get_linestyle()
+        assert theory.get_linewidth() > 2.0 * run.get_linewidth() and theory.get_alpha() < 0.5
+
+
+def test_one_theory_of_all_compared_runs_is_drawn_once(panel):
+    names, _ = compared(panel, [1.0, 1.0])
+    assert names == ["own", "Theory", "run 1.0", "run 1.0"]
+
+
+@pytest.mark.parametrize("size", [(700, 400), (460, 260)])
+def test_a_legend_of_many_runs_stays_in_the_figure_and_leaves_room(panel, size):
+    panel.resize(*size)
+    _, legend = compared(panel, [2.0, 3.0, 4.0])
+    figure = panel._plot.figure
+    box = legend.get_window_extent(figure.canvas.get_renderer())
+    assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
+    assert panel._plot.axes.bbox.height >= 0.35 * figure.bbox.height
+    assert {"own", "run 4.0"} <= {text.get_text() for text in legend.get_texts()}

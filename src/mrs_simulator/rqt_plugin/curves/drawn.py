@@ -36,7 +36,7 @@ FOLLOW = (
     "The time axis ends at the newest sample.\n"
     "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
 )
-THIS, AHEAD = "This run", "What if"
+THIS, AHEAD, THEORY = "This run", "What if", "Theory"
 BOLD, PALE = 1.8, 0.35  # [-] width of curves picked out; opacity of the others
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 NO_RUN = "No run yet: Run (F5) starts one"
@@ -329,20 +329,42 @@ class DrawnCurves(QWidget):
         source, found = self._source, []
         complete = [each.is_complete() for each in (source, *self._others)]  # each goes on
         self._dirty = not all(complete)
-        run, theory = self._plot.error_styles()
+        run, _ = self._plot.error_styles()
         own = source.error_curve(source.begin, run)
         if own is not None:
             found.append(own._replace(name=self._own_name, run=""))
-        if source.theory is not None:
-            when, error = source.theory
-            found.append(Curve("Theory", when + begin, error, theory))
+        theories = self._theories(begin)
+        found += theories.get(self._own_name, [])
         if self._ahead is not None:
             when, error = self._ahead
             found.append(Curve(AHEAD, when + begin, error, self._plot.ahead_style()))
         for place, other in enumerate(self._others, 1):
             curve = other.error_curve(begin, self._plot.compared_style(place))
             found += [] if curve is None else [curve._replace(name=other.short_name)]
+            found += theories.get(other.short_name, [])
         return found, source.error.problem or ("" if found else NO_RUN)
+
+    def _theories(self, begin):
+        """Return ``[Curve]`` of theory of each run, by its name; one with the first where all have the same."""
+        _, usual = self._plot.error_styles()
+        runs = [(self._own_name, self._source)]
+        runs += [(other.short_name, other) for other in self._others]
+        known = [
+            (place, name, each.theory)
+            for place, (name, each) in enumerate(runs)
+            if each.theory is not None
+        ]
+        same = len(known) == len(runs) and all(
+            np.array_equal(*pair) for _, _, theory in known for pair in zip(theory, known[0][2])
+        )
+        if same or (known and not self._others):
+            when, error = known[0][2]
+            return {self._own_name: [Curve(THEORY, when + begin, error, usual)]}
+        names, style = "{}, {{}}".format(THEORY), self._plot.theory_style
+        return {
+            name: [Curve(names.format(name), when + begin, error, style(place))]
+            for place, name, (when, error) in known
+        }
 
     def _chosen(self, number):
         return not self._ranges or any(low <= number <= high for low, high in self._ranges)

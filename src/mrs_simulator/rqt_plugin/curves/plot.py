@@ -36,6 +36,9 @@ AHEAD = (0, (2.2, 1.6))  # the dashes of what is looked ahead of
 MOST_RUNS = 6  # [-] beside each other in a legend
 COLOURS = 7  # [-] of compared runs' errors
 DPI = 96
+BROAD, PALE = 3.0, 0.35  # [-] width of theory of one of several runs; its opacity
+MOST_NAMED = 0.3  # [-] of the figure's height that a legend above the axes may have
+ROW = 1.3  # [em] of height of a legend above the axes
 POWER = 2.4  # [em] width of a power of ten
 LOW = 9.0  # [em] of height, below which the axes have all of it: no legend, no names
 
@@ -92,6 +95,11 @@ class CurvesPlot:
         """Return how to draw the error of the compared run at ``place``, from 1 on."""
         colour = self._shade(1 + place % COLOURS, COLOURS)
         return {"color": colour, "lw": 1.3 * self._width, "ls": run_dash(place)}
+
+    def theory_style(self, place):
+        """Return how to draw theory of the run at ``place``, among several: broad and pale below its error."""
+        style = self.compared_style(place) if place else self.error_styles()[0]
+        return dict(style, lw=BROAD * style["lw"], alpha=PALE, zorder=1.8)
 
     def update(self, curves, numbers, index, message, xlim, ylim):
         """Show ``curves`` of quantity ``index`` of a team within limits; ``ylim`` None: fitting."""
@@ -184,7 +192,7 @@ class CurvesPlot:
                 axes.plot([], [], **curve.style, **marks)
         self._name_curves()
         if self.remark and not self._is_low():
-            self._above()
+            self._top = max(self._top, (0.6 + ROW) * self.em())
             corner = {"va": "bottom", "transform": axes.transAxes, "fontproperties": self._font}
             axes.text(0.0, 1.015, self.remark, color=self._text, **corner)
 
@@ -202,7 +210,12 @@ class CurvesPlot:
         lines = list(self.axes.lines)
         runs = list(dict.fromkeys(curve.run for curve in self._curves))
         if self._index == ERROR:
-            self._legend(lines, [curve.name for curve in self._curves], self._above(), 0.0, "")
+            self._legend_above(lines, [curve.name for curve in self._curves])
+            if (
+                self._top > MOST_NAMED * self.figure.bbox.height
+            ):  # a run's theory has its colour and dash
+                told = [line for line in lines if line.get_zorder() >= 2.0]
+                self._legend_above(told, [self._curves[lines.index(line)].name for line in told])
         elif len(self._curves) > MANY_CURVES or len(self._first_run(runs)) > MOST_IN_LEGEND:
             self._add_bar()
         else:
@@ -218,16 +231,24 @@ class CurvesPlot:
         if self._index != ERROR and len(runs) > 1:
             look = {"color": self._text, "lw": 1.3 * self._width}
             signs = [Line2D([], [], ls=run_dash(place), **look) for place in range(len(runs))]
-            self._legend(signs, runs, self._above(), 0.0, "")
+            self._legend_above(signs, runs)
 
     def _first_run(self, runs):
         """Return the curves of the first of ``runs``."""
         return [curve for curve in self._curves if curve.run == runs[0]]
 
-    def _above(self):
-        """Return the place of a legend above the axes, which leave room for it."""
-        self._top = 1.9 * self.em()
-        return {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": MOST_RUNS}
+    def _legend_above(self, lines, names):
+        """Add a legend above the axes, in as many rows as the width asks for, and leave room for it."""
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+        columns = min(MOST_RUNS, len(lines))
+        legend = self._legend(lines, names, dict(place, ncol=columns), 0.0, "")
+        wide = legend.get_window_extent(self.figure.canvas.get_renderer()).width
+        room = self.figure.bbox.width - self._side - 5.0 * self.em()
+        if wide > room and columns > 1:
+            rows = -(-len(lines) // max(1, int(columns * room / wide)))
+            columns = -(-len(lines) // rows)
+            self._legend(lines, names, dict(place, ncol=columns), 0.0, "")
+        self._top = (0.6 + ROW * -(-len(lines) // columns)) * self.em()
 
     def _legend(self, lines, names, place, pad, title):
         """Return a legend of ``lines`` at ``place``."""

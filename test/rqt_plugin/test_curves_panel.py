@@ -506,7 +506,7 @@ def test_curves_show_heights_of_teams_that_fly(panel):
 
 
 def compared(panel, factors):
-    """Compare the run of ``panel``, whose theory is 1, with runs whose theories are ``factors``, in the error."""
+    """Compare a run whose theory is 1 with runs whose theories are ``factors``, in the error."""
     panel.set_history(make_history(40))
     panel._tabs.setCurrentIndex(ERROR)
     source_of = panel._live, *(Source(make_history(40), "run {}".format(k)) for k in factors)

@@ -11,6 +11,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study, shown
 from PIL import Image
+from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QFileDialog
 from snapshots import snapshot_of
@@ -79,9 +80,35 @@ def test_pictures_of_the_views(study, tmp_path, what, kinds):
         data = path.read_bytes()
         assert data.startswith({"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[kind])
     image = Image.open(str(tmp_path / "picture.png"))
-    assert image.size[0] == pytest.approx(3 * widget.width(), abs=3)
+    # The curves' is as wide as other figures: 6.5 in of 200 pixels.
+    wanted = 1300 if what == "curves" else 3 * widget.width()
+    assert image.size[0] == pytest.approx(wanted, abs=3)
     assert len(np.unique(np.asarray(image.convert("L")))) > 10  # something is drawn
     assert study.curves.canvas.isVisible() == (what != "view")
+
+
+@pytest.mark.parametrize("size", [(900, 600), (1400, 900)])
+def test_a_picture_of_the_curves_is_a_papers_whatever_theme_and_size_the_window_has(
+    study, tmp_path, size
+):
+    study.resize(*size)
+    palette = study.curves.palette()
+    palette.setColor(QPalette.Window, QColor("#303030"))
+    palette.setColor(QPalette.WindowText, QColor("#f0f0f0"))
+    study.curves.setPalette(palette)
+    study.results_tabs.setCurrentWidget(study.curves)
+    QTest.qWait(100)
+    shown_plot, path = study.curves._plot, tmp_path / "picture.png"
+    for _ in range(2):  # the same curves are the same bytes
+        study.curves.save_picture(str(path))
+        data = path.read_bytes()
+    study.curves.save_picture(str(path))
+    assert path.read_bytes() == data
+    image = np.asarray(Image.open(str(path)).convert("RGB"))
+    assert image.shape == (680, 1300, 3)  # 6.5 x 3.4 in of 200 pixels
+    assert (image[[0, 0, -1, -1], [0, -1, 0, -1]] == 255).all()
+    assert study.curves._plot is shown_plot and shown_plot.figure.canvas is study.curves.canvas
+    assert shown_plot.figure.get_facecolor()[0] < 0.3
 
 
 def test_a_picture_of_another_kind_or_where_none_can_be_is_refused(study, tmp_path):

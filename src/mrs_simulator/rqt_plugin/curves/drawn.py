@@ -278,11 +278,15 @@ class DrawnCurves(QWidget):
             self._xlim, self._ylim = None, None
             self._on_field()
         self._dirty, self._drawn = False, stamp
+        self._show_data()
+        self._on_drawn()
+
+    def _show_data(self):
+        """Show in the plot what is to be drawn now."""
         index, (found, message) = self._index(), self._data()
         limits = self._time_limits(), self._ylim
         self._plot.remark = self._remark if found and self._source is self._live else ""
-        self._plot.update(found, stamp[0], index, message, *limits)
-        self._on_drawn()
+        self._plot.update(found, self._source.history.numbers, index, message, *limits)
 
     def _on_drawn(self):
         """Hook called after each redraw."""
@@ -345,7 +349,7 @@ class DrawnCurves(QWidget):
         return found, source.error.problem or ("" if found else NO_RUN)
 
     def _theories(self, begin):
-        """Return ``[Curve]`` of theory of each run, by its name; one with the first where all have the same."""
+        """Return ``[Curve]`` of theory of each run, by its name; one where all have the same."""
         _, usual = self._plot.error_styles()
         runs = [(self._own_name, self._source)]
         runs += [(other.short_name, other) for other in self._others]

@@ -1,20 +1,20 @@
 """The curves panel: curves under the mouse, which zooms, pans and names them."""
 
 import math
-import os
 
 import numpy as np
-from matplotlib.backend_bases import get_registered_canvas_class
 
 from mrs_simulator.rqt_plugin.curves.drawn import DrawnCurves
+from mrs_simulator.rqt_plugin.curves.plot import DPI, CurvesPlot
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QLabel
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.draw.canvas import HEIGHT, STYLE, WIDTH, save
 
 ZOOM = 0.8  # of one step of the wheel
-FINE = 3.0  # [-] pixels of a picture for one of the screen
+PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)  # around and in the axes; text
 
 
 class CurvesPanel(DrawnCurves):
@@ -59,14 +59,18 @@ class CurvesPanel(DrawnCurves):
         return "\n".join(lines) + "\n"
 
     def save_picture(self, path):
-        """Write the curves as they are shown to ``path``, ``.png``, ``.pdf`` or ``.svg``."""
-        figure, shown, kind = self._plot.figure, self._canvas, os.path.splitext(path)[1][1:]
+        """Write the curves shown to ``path``, ``.png``, ``.pdf`` or ``.svg``, as a page wide."""
         self._prepare()
+        shown, self._plot = self._plot, CurvesPlot((WIDTH, HEIGHT))
         try:
-            canvas = get_registered_canvas_class(kind)(figure)
-            canvas.print_figure(path, dpi=FINE * figure.dpi, facecolor=figure.get_facecolor())
+            pixels = STYLE["font.size"] / 72.0 * DPI
+            self._plot.take_look(
+                STYLE["font.serif"][0], pixels, *PAPER, math=STYLE["mathtext.fontset"]
+            )
+            self._show_data()
+            save(self._plot.figure, path)
         finally:
-            figure.set_canvas(shown)
+            self._plot = shown
 
     def _on_drawn(self):
         self._point_out()

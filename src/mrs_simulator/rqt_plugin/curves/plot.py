@@ -7,6 +7,7 @@ relied on: a thread that saves figures may have borrowed them.
 import functools
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
@@ -58,20 +59,25 @@ def _known(family):
 class CurvesPlot:
     """The figure of one quantity against time."""
 
-    def __init__(self):
-        self.figure = Figure(figsize=(5, 3), dpi=DPI)
+    def __init__(self, size=(5.0, 3.0)):
+        """``size``: width and height [in]."""
+        self.figure = Figure(figsize=size, dpi=DPI)
+        FigureCanvasAgg(self.figure)  # until it is shown in another
         self.axes, self._bar = self.figure.add_subplot(1, 1, 1), None
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
         self.remark = ""  # above the axes
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
 
-    def take_look(self, family, pixels, face, base, text):
-        """Take the font's family and size [pixels], and the colours (r, g, b) of background and text."""
+    def take_look(self, family, pixels, face, base, text, math="dejavusans"):
+        """Take the font's family and size [pixels], and the colours (r, g, b) of background and text.
+
+        ``math``: matplotlib's name of the fonts of formulas.
+        """
         self._face, self._base, self._text = face, base, text
         self._font = FontProperties(family=_known(family), size=72.0 * pixels / DPI)
         self._width = max(1.0, pixels / 16.0)  # of a thin line [points]
         if hasattr(self._font, "set_math_fontfamily"):  # since matplotlib 3.4
-            self._font.set_math_fontfamily("dejavusans")
+            self._font.set_math_fontfamily(math)
         self._built = None
 
     def styles(self, shown, numbers):
@@ -97,7 +103,7 @@ class CurvesPlot:
         return {"color": colour, "lw": 1.3 * self._width, "ls": run_dash(place)}
 
     def theory_style(self, place):
-        """Return how to draw theory of the run at ``place``, among several: broad and pale below its error."""
+        """Return how to draw theory of the run at ``place``, among several: broad and pale."""
         style = self.compared_style(place) if place else self.error_styles()[0]
         return dict(style, lw=BROAD * style["lw"], alpha=PALE, zorder=1.8)
 

@@ -496,3 +496,43 @@ def test_values_of_a_file_are_set_on_the_command_line(tmp_path, capsys):
     assert code == 2 and "--set 'gain': wanted NAME=VALUE" in said
     code, said = run("--set", "gain=1", "--sweep", "control.parameters.gain=1,2")
     assert code == 2 and "given and swept" in said
+
+
+RAISING = """
+from mrs_simulator import PioneerControl
+
+
+def helper(hand):
+    return hand[10]
+
+
+class Raising(PioneerControl):
+    def pointMassLaw(self, hand):
+        try:
+            return helper(hand) if self.time > 0.2 else 0.0 * hand
+        except IndexError as error:
+            raise RuntimeError("no tenth robot") from error
+
+    def claims(self, start):
+        return [helper(start)]
+"""
+
+
+@pytest.mark.parametrize("whole", ["0", "1"])
+def test_of_a_law_that_raises_its_own_lines_are_printed_and_once(
+    tmp_path, capfd, monkeypatch, whole
+):
+    monkeypatch.setenv("MRS_SIMULATOR_TRACEBACK", whole)
+    (tmp_path / "my_raising.py").write_text(RAISING)
+    scenario = shipped("paper_four", duration=1.0)
+    name = "{}:Raising".format(tmp_path / "my_raising.py")
+    verdict = run_experiment(scenario.with_protocol(name), str(tmp_path / "out"), formats=())
+    said = capfd.readouterr().err
+    files = [line for line in said.splitlines() if line.startswith('  File "')]
+    own = [line for line in files if "my_raising.py" in line]
+    assert len(own) == 5  # two of helper, its cause, and its claim's
+    assert ("    return hand[10]" in said) and "RuntimeError: no tenth robot" in said
+    assert (own == files) is (whole == "0")
+    assert [check["name"] for check in verdict["checks"] if "IndexError" in check["note"]] == [
+        "claims() returns"
+    ]

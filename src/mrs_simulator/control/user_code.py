@@ -9,6 +9,7 @@ import dis
 import os
 import queue
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -21,6 +22,7 @@ NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
 GRACE = 1.0  # [s] of wall time for a process that has closed its pipe
 RAISE = dis.opmap["RAISE_VARARGS"]
 ENDED = "its process ended"
+WHOLE_TRACE = "MRS_SIMULATOR_TRACEBACK"  # environment variable: 1 for this package's lines, too
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
@@ -94,15 +96,31 @@ def outcome(serve, request):
         return False, Failure(kind, words(origin), trace, blamed(error))
 
 
+def print_raised(error):
+    """Print the traceback of ``error`` on stderr: the users' own lines, and not this package's.
+
+    All lines where users have none in it, or where the environment has ``WHOLE_TRACE=1``.
+    """
+    trace = traceback.TracebackException.from_exception(raised(error))
+    if os.environ.get(WHOLE_TRACE, "0") == "0":
+        link = trace
+        while link is not None:
+            own = _own_frames(link.stack)
+            link.stack = traceback.StackSummary.from_list(own) if own else link.stack
+            link = link.__cause__ or link.__context__
+    print("".join(trace.format()), end="", file=sys.stderr)
+
+
+def _own_frames(stack):
+    """Return those frames of a ``stack`` that are in users' files."""
+    frames = [frame for frame in stack if not frame.filename.startswith((PACKAGE, "<"))]
+    return [frame for frame in frames if "site-packages" not in frame.filename] or frames
+
+
 def blamed(error):
     """Return what ``error`` says, with the last line of a user's file that led to it."""
     origin = raised(error.__cause__ or error)
-    frames = [
-        frame
-        for frame in traceback.extract_tb(origin.__traceback__)
-        if not frame.filename.startswith((PACKAGE, "<"))
-    ]
-    own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
+    own = _own_frames(traceback.extract_tb(origin.__traceback__))
     worded = isinstance(error, (ValueError, OSError)) and (origin is not error or not own)
     said = words(error) if worded else named(error)
     if not own or isinstance(origin, SyntaxError):  # which names file and line itself

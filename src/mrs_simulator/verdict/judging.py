@@ -3,11 +3,10 @@
 import contextlib
 import copy
 import functools
-import traceback
 
 import numpy as np
 
-from mrs_simulator.control.user_code import call
+from mrs_simulator.control.user_code import call, print_raised
 from mrs_simulator.core.claims import Claim, Condition, proved, without_theorem
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.stability import stability_measures
@@ -237,9 +236,10 @@ def _claims(control, run, faults, followed=None):
 
     ``followed``: the run of the robots under the published law, if it is known already.
     """
-    claims, theory = [], Theory()
+    claims, theory = None, Theory()
     with _keeping(faults, "claims"):
         claims = checked_claims(call(control.all_claims, run.hand[0]), run, faults)
+    raised, claims = claims is None, claims or []
     with _keeping(faults, "energy"):
         claims = claims + call(certificate_claims, control, run)
     if run.estimate is not None:
@@ -253,12 +253,12 @@ def _claims(control, run, faults, followed=None):
         if control.fidelity == "dynamic":
             slipped = known = call(slipped_run, control, run)
         claims = claims + call(exactness_claims, control, run, exact, followed)
-        made = _of_points(control, run)
+        made = {} if raised else _of_points(control, run)
         points = Points(control, run, exact, made)
         narrow = _narrow(made) if known is not None and run.meta.get("lockstep") else {}
         gripping = _gripping(control, run) if slipped is not None else None
         theory = Theory(exact, followed, slipped, narrow, points=points, gripping=gripping)
-        theory = theory._replace(unbanded=_unbanded(control, run))
+        theory = theory._replace(unbanded={} if raised else _unbanded(control, run))
     # Of what is left of a run after a change, none may have come.
     if run.collisions and run.collisions[-1].time >= run.time[0]:
         with _keeping([], "prediction"):  # whose faults are reported with the track
@@ -465,7 +465,7 @@ def _keeping(faults, method):
     try:
         yield
     except Exception as error:
-        traceback.print_exc()
+        print_raised(error)
         faults += _faults(method, [named(error)])
 
 

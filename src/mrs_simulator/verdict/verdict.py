@@ -11,11 +11,11 @@ import json
 import math
 import platform
 import sys
-import traceback
 from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 
+from mrs_simulator.control.user_code import print_raised
 from mrs_simulator.core.claims import QUESTIONS, ROBOTS, THEOREM, Condition, NothingDecays
 from mrs_simulator.core.doc_links import OF_FAILED, OF_NOT_JUDGED, OF_SELF_CONSISTENT, named, words
 from mrs_simulator.core.writing import printing, write_text
@@ -614,7 +614,7 @@ def measured_of(run, claim):
         why = words(error) or "there is nothing to decay from this start"
         return _skipped(claim, "does not apply: {}".format(why))
     except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
-        traceback.print_exc()
+        print_raised(error)
         note = "{}: {}".format(BROKEN, named(error))
         return _skipped(claim, note)._replace(passed=False)
     return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)

@@ -1,11 +1,11 @@
 """The figure ``certificates``: energies, connectivity and other curves that theory speaks of."""
 
 import os
-import traceback
 
 import numpy as np
 from matplotlib import rcParams
 
+from mrs_simulator.control.user_code import print_raised
 from mrs_simulator.study.draw.canvas import in_style, new_figure, save, settle, styled
 from mrs_simulator.study.draw.figure_parts import thin
 from mrs_simulator.study.draw.log_ticks import label_log
@@ -27,8 +27,8 @@ def save_certificates(curves, out, formats, look=None):
     """Write the figure of ``curves`` to the directory ``out``; a fault in them is printed, and no more."""
     try:
         figure = certificate_figure(curves, look)
-    except Exception:
-        traceback.print_exc()
+    except Exception as error:
+        print_raised(error)
         return
     for kind in formats:
         path = os.path.join(out, "{}.{}".format(CERTIFICATES, kind))

@@ -6,9 +6,8 @@ import difflib
 import math
 import os
 import sys
-import traceback
 
-from mrs_simulator.control.user_code import call
+from mrs_simulator.control.user_code import call, print_raised
 from mrs_simulator.core.claims import proved
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
@@ -142,8 +141,8 @@ def _certificates(run, control):
     """Return the curves that the protocol shows beside theory; a fault of its is printed, and no more."""
     try:
         return call(certificate_curves, control, run) if control is not None else []
-    except Exception:
-        traceback.print_exc()
+    except Exception as error:
+        print_raised(error)
         return []
 
 

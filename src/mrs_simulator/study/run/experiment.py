@@ -4,13 +4,12 @@ import contextlib
 import os
 import sys
 import time
-import traceback
 
 import numpy as np
 
 from mrs_simulator.control.array_law import has_form
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.control.user_code import call, raised
+from mrs_simulator.control.user_code import call, print_raised, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
 from mrs_simulator.core.kinematics import max_abs
@@ -85,7 +84,7 @@ class Experiment:
         try:
             return texts_of(call(self.control.warnings, self.scenario.starts), source)
         except Exception as error:
-            traceback.print_exc()
+            print_raised(error)
             return ["{} raised {}".format(source, named(raised(error)))]
 
     def record_sensors(self, out, report):
@@ -403,7 +402,7 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
             if isinstance(cause, ControlError):  # of which no line of the law says more
                 _report(with_page(cause))
             elif cause:
-                traceback.print_exception(type(cause), cause, cause.__traceback__)
+                print_raised(cause)
         finally:
             if sensors is not None:
                 sensors.close()

@@ -1,9 +1,8 @@
 """What became of a scenario's requirements in a run, and how verdicts say it."""
 
-import traceback
-
 import numpy as np
 
+from mrs_simulator.control.user_code import print_raised
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.temporal_logic.formula import ending, predicates
 from mrs_simulator.scenario.requirements import RESULT_KEYS
@@ -72,7 +71,7 @@ def _result(requirement, control, run, period, duration):
     except (Absent, FormulaError) as error:
         return {**result, "note": str(error)}
     except Exception as error:  # of the protocol's methods
-        traceback.print_exc()
+        print_raised(error)
         return {**result, "note": named(error)}
     result.update((key, value) for key, value in found._asdict().items() if key in RESULT_KEYS)
     if found.holds is not None and found.margin is None:

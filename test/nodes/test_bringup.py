@@ -300,7 +300,7 @@ def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
     table = tmp_path / "run.csv"
     wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
     record.send_signal(signal.SIGINT)
-    assert record.wait(60) == 1
+    assert record.wait(3 * PATIENCE) == 1  # with its figures
     assert json.loads((tmp_path / "verdict.json").read_text())["ended"] == "interrupted"
     assert (tmp_path / "trajectories.png").exists()
 
@@ -317,7 +317,8 @@ def test_gains_and_edges_changed_while_recording_stand_in_the_run_with_their_tim
         "record", "--scenario", scenario("paper_four").partition("=")[2], "--out", out
     )
     ros.node("pioneer_control", "--scenario", tmp_path / "given.yaml")
-    probe.wait_simulated(2.0)  # the run begins with the first motion
+    probe.wait("max(map(abs, state('vx') or [0.0])) > 0.0")  # the run begins with the first motion
+    probe.wait_simulated(1.0)
     code = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c'); "
     ros.python(code + "Client('pioneer_control').update_configuration({'k': 0.05})")
     probe.ask("call('/pioneer_control/set_topology', SetTopology, [1, 2, 3], [2, 3, 4], [], False)")

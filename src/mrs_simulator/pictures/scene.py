@@ -22,6 +22,7 @@ LEAST_NEAR, NEAR_TEAM = 1.5, 0.35
 # [-] opacity of trails; of ghosts, of their paths, and of rings where these end
 TRAIL_SHOWN, GHOST_SHOWN, PATH_SHOWN, END_SHOWN = 0.9, 0.45, 0.45, 0.75
 TRAIL, PLUMB = 1.6, 1.2  # [px] widths of lines
+BEAM, HIT = 1.0, 1.6  # [px] width of a sensor's ray, radius of where it met something
 SPACING = 3.0  # [px] between points of a trail
 RING, RING_RADIUS, RING_CORNERS = 3.0, 1.35, 48  # [px] wide; [-] of a robot's reach; corners
 FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
@@ -37,6 +38,15 @@ class Ghosts(NamedTuple):
     paths: Tuple[Any, ...] = ()  # (p, 3) [m] each
     path_shades: Any = ()  # (k, 3)
     ringed: bool = False  # whether a ring is where each path ends
+
+
+class Beams(NamedTuple):
+    """What one sensor has measured, as lines in space."""
+
+    segments: Any  # (m, 2, 3) [m]
+    opacity: Any  # (m,)
+    hits: Any  # (k, 3) [m], where a ray met something
+    shade: Any  # (3,)
 
 
 def ghosts_at(kinds, pose, heights, shades, paths=(), path_shades=()):
@@ -66,6 +76,7 @@ class Scene(NamedTuple):
     # (n, 3) [m, m, rad] that the robots have gone along and across their headings, and turned, on wheels
     rolled: Any = None
     ghosts: Tuple[Any, ...] = ()  # ``Ghosts``
+    beams: Tuple[Any, ...] = ()  # ``Beams`` of sensors
 
     @property
     def place(self):
@@ -158,6 +169,7 @@ def drawn_signs(scene, camera, width, height, palette=LIGHT):
     layers = (
         _plumb_lines(view, scene, place),
         *_edges(view, scene, team),
+        _hits(view, scene),
         _ends(view, scene),
         _starts(view, scene),
         _targets(view, scene),
@@ -181,6 +193,8 @@ def drawn(scene, camera, width, height, palette=LIGHT):
         robots.shadows(view, team, _above(scene, arms)),
         _plumb_lines(view, scene, place),
         *_edges(view, scene, team),
+        _beams(view, scene),
+        _hits(view, scene),
         _ways(view, scene.trails, scene.shades, TRAIL_SHOWN),
         *(_ways(view, each.paths, each.path_shades, PATH_SHOWN) for each in scene.ghosts),
         _ends(view, scene),
@@ -218,6 +232,24 @@ def _ways(view, ways, shades, opacity):
     counts = np.diff(np.r_[np.flatnonzero(begins[kept]), kept.sum()])
     colours = np.asarray(shades)[owner[ahead][begins]]
     return Paths(screen[kept], counts, with_opacity(colours, opacity), TRAIL)
+
+
+def _beams(view, scene):
+    """Return the rays of sensors."""
+    if not scene.beams:
+        return None
+    segments = np.concatenate([each.segments for each in scene.beams])
+    colours = [with_opacity([each.shade] * len(each.opacity), each.opacity) for each in scene.beams]
+    return view.lines(segments, np.concatenate(colours), BEAM) if len(segments) else None
+
+
+def _hits(view, scene):
+    """Return a dot where each ray of a sensor met something."""
+    if not scene.beams:
+        return None
+    places, ahead = _ahead(view, np.concatenate([each.hits for each in scene.beams]))
+    shades = np.concatenate([np.tile(each.shade, (len(each.hits), 1)) for each in scene.beams])
+    return signs.dots(places, with_opacity(shades[ahead], 1.0), HIT) if len(places) else None
 
 
 def _ends(view, scene):

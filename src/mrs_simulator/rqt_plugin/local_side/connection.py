@@ -54,6 +54,8 @@ class LocalConnection(Received, Connection):
             while True:
                 engine = self._listener.accept()
                 self._engine = engine
+                if self._wanted:  # since before it began
+                    self._ask_for_readings()
                 with contextlib.suppress(EOFError, OSError):
                     while True:
                         self._take(*engine.recv())
@@ -195,11 +197,15 @@ class LocalConnection(Received, Connection):
     def watch_sensors(self, wanted):
         wanted = {key: of[:2] for key, of in wanted.items()}
         if wanted != self._wanted:
-            self._wanted, rows = wanted, {}
-            for number, name in wanted:
-                rows.setdefault(number - 1, []).append(name)
+            self._wanted = wanted
             if self._engine is not None:
-                self.ask("watch", rows)
+                self._ask_for_readings()
+
+    def _ask_for_readings(self):
+        rows = {}
+        for number, name in self._wanted:
+            rows.setdefault(number - 1, []).append(name)
+        self.ask("watch", rows)
 
     def watch_diagnostics(self, wanted):
         pass

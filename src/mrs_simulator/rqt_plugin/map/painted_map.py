@@ -124,20 +124,11 @@ class PaintedMap(MapScene):
             if row is None or not self.team.known[row]:
                 continue
             body = shapes.reach[row], 0.5 * (shapes.front[row] - shapes.rear[row])
-            team = self._pose_of(row, received.reading), body, style.shade(number)
+            team = self.pose_of(row, received.reading), body, style.shade(number)
             whole = number == chosen  # of others it would cover the map
             painter.setOpacity(1.0 if whole or not is_chosen else PALE)
             draw_reading(painter, style, self.frame, *team, received.reading, whole)
         painter.setOpacity(1.0)
-
-    def _pose_of(self, row, reading):
-        """Return the pose (3,) that the robot in ``row`` had when it took ``reading``.
-
-        Of a real robot, whose clock is another one, that is its newest.
-        """
-        if self._at_rest or self.team.numbers[row] in self.team.real:
-            return self.team.pose[row]
-        return self._recent.at(row, reading.stamp)
 
     def _paint_edges(self, painter, style):
         """Paint the edges; return a remark where some are left out."""

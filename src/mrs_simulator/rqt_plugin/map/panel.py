@@ -53,7 +53,8 @@ SHOWN = (
     (
         "sensors",
         "Sensors",
-        "sensor readings; of more than {} robots, those of the robot selected".format(MOST_ROBOTS),
+        "sensor readings, in 3D also what cameras see; of more than {} robots, those of the robot "
+        "selected".format(MOST_ROBOTS),
     ),
 )
 HIDDEN = ("sensors",)  # at first: sensors are subscribed to only while shown

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.pictures.scene import Ghosts, Scene
 from mrs_simulator.rqt_plugin.map import axes
+from mrs_simulator.rqt_plugin.map.beams import of_camera, of_reading
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.flashes import Flashes
 from mrs_simulator.rqt_plugin.map.forecast import paths_in_space
@@ -50,7 +51,8 @@ class MapScene(QWidget):
         self.last_run = None  # a ``LastRun`` below what will start
         # ``Ghost``s of runs that are compared with the one shown, and what that is called then
         self.ghosts, self.own_name = (), ""
-        self.readings = {}  # of the robots' sensors, by (number, name)
+        # of the robots' sensors, by (number, name), and the ``Mount``s of these and of cameras
+        self.readings, self.mounts = {}, {}
         self._hidden_trails, self.selected = set(), 0
         self.targets, self._target_z, self.obstacles = None, None, ()
         self.ahead = None  # a ``LookAhead``: how the run would go on
@@ -94,7 +96,39 @@ class MapScene(QWidget):
             numbered=on["numbers"],
             chosen=rows.get(self.selected),
             ghosts=tuple(self._ghosts_in_space()),
+            beams=tuple(self._beams()) if on["sensors"] and not self.is_past else (),
         )
+
+    def _beams(self):
+        """Yield what sensors have read, and what cameras see, as ``Beams``."""
+        team, style = self.team, MapStyle.of(self, max(self.team.numbers, default=1))
+        rows, chosen = {number: row for row, number in enumerate(team.numbers)}, self.selected
+        heights = team.state.heights
+        for (number, name), mount in self.mounts.items():
+            row = rows.get(number)
+            if row is None or not team.known[row]:
+                continue
+            shade, received = (
+                style.shade(number).getRgbF()[:3],
+                self.readings.get((number, name)),
+            )
+            if mount.type == "camera":
+                yield of_camera(team.pose[row], heights[row], mount, shade)
+            elif received is not None:
+                pose = self.pose_of(row, received.reading)
+                z = heights[row] + mount.place[2]
+                found = of_reading(pose, z, received.reading, shade, number == chosen)
+                if found is not None:
+                    yield found
+
+    def pose_of(self, row, reading):
+        """Return the pose (3,) that the robot in ``row`` had when it took ``reading``.
+
+        Of a real robot, whose clock is another one, that is its newest.
+        """
+        if self._at_rest or self.team.numbers[row] in self.team.real:
+            return self.team.pose[row]
+        return self._recent.at(row, reading.stamp)
 
     def _ghosts_in_space(self):
         """Yield what is drawn faintly: compared runs, and where robots may go, as ``Ghosts``."""
@@ -276,10 +310,14 @@ class MapScene(QWidget):
         self.selected = int(number)
         self.update()
 
-    def show_readings(self, readings):
-        """Show what sensors read, ``{(number, name): ReceivedReading}``."""
-        if readings or self.readings:
-            self.readings = readings
+    def show_readings(self, readings, mounts=None):
+        """Show what sensors read, ``{(number, name): ReceivedReading}``.
+
+        ``mounts``: their ``Mount``s, and those of cameras, by the same keys; in space alone.
+        """
+        mounts = mounts or {}
+        if readings or self.readings or mounts.keys() != self.mounts.keys():
+            self.readings, self.mounts = readings, mounts
             self.update()
 
     def set_trail_shown(self, number, shown):

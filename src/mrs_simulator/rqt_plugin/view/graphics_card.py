@@ -10,7 +10,7 @@ import numpy as np
 from mrs_simulator.pictures.camera import FIELD_OF_VIEW
 from mrs_simulator.pictures.ground import ON_WATER, STRENGTH, step
 from mrs_simulator.pictures.instances import instances, triangles
-from mrs_simulator.pictures.scene import PATH_SHOWN
+from mrs_simulator.pictures.scene import BEAM, PATH_SHOWN
 from mrs_simulator.pictures.trails import shown_trails
 from mrs_simulator.pictures.view import View
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize
@@ -64,7 +64,7 @@ def graphics_card():
     try:
         return GraphicsCard()
     except Exception as error:  # whatever drivers do, the painter is there
-        LOG.info("3D without OpenGL: %s", error)
+        LOG.debug("3D without OpenGL: %s", error)
         return None
 
 
@@ -150,8 +150,14 @@ class GraphicsCard:
         for ghosts in scene.ghosts:
             pairs = zip(ghosts.paths, ghosts.path_shades)
             lines += [(path + (0.0, 0.0, LIFT), (*shade, PATH_SHOWN)) for path, shade in pairs]
+        rays = [
+            (ends, (*each.shade, opacity))
+            for each in scene.beams
+            for ends, opacity in zip(each.segments, each.opacity)
+        ]
         _blend(True)
         self._lines.draw(lines, matrix, view, LINE)
+        self._lines.draw(rays, matrix, view, BEAM)
         _blend(False)
 
     def _draw_sheer(self, groups):

@@ -28,8 +28,9 @@ class Sensing:
         on_map, in_panel = self._on_map(), self._in_panel()
         depth = self._depth(in_panel)
         connection.watch_sensors({**on_map, **in_panel, **depth})
+        mounts = {key: of[0] for key, of in {**on_map, **self._cameras()}.items()}
         if not on_map and not in_panel and not panels.sensors.isVisible():
-            panels.map.show_readings({})
+            panels.map.show_readings({}, mounts)
             return
         received = connection.sensor_readings()
         panels.map.show_readings(
@@ -37,7 +38,8 @@ class Sensing:
                 key: received[key]
                 for key in on_map
                 if key in received and not self._is_old(key, received)
-            }
+            },
+            mounts,
         )
         if panels.sensors.isVisible():
             readings = {
@@ -92,6 +94,13 @@ class Sensing:
 
     def _on_map(self):
         """Return the sensors that the map shows."""
+        return self._shown_of(DRAWN)
+
+    def _cameras(self):
+        """Return the cameras whose fields of view the 3D view shows; for that none is subscribed to."""
+        return self._shown_of(("camera",))
+
+    def _shown_of(self, types):
         panels = self._panels
         if not panels.shown["sensors"].isChecked() or not panels.map.isVisible():
             return {}
@@ -99,7 +108,7 @@ class Sensing:
         return {
             key: of
             for key, of in self._mounts.items()
-            if of[0].type in DRAWN and (few or key[0] == panels.sensors.number)
+            if of[0].type in types and (few or key[0] == panels.sensors.number)
         }
 
     def _depth(self, in_panel):

@@ -251,14 +251,32 @@ def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
     panel._tabs.setCurrentIndex(ERROR)
     settle(panel)
     (theory,) = lines(panel)
-    np.testing.assert_allclose(theory.get_xdata() - history.time[0], [0.0, 1.0])  # what is seen
+    np.testing.assert_allclose(theory.get_xdata(), [0.0, 1.0])  # what is seen
     begin = history.time[-1] + 0.1
     for time in (begin, begin + 0.1):
         history.append(snapshot(time).replace(command=np.full((3, 2), 0.1)))
     settle(panel)
     (theory,) = lines(panel)
-    np.testing.assert_allclose(theory.get_xdata() - begin, [0.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(theory.get_xdata(), [0.0, 1.0])
     assert history.time[history.first_row()] == begin
+    assert panel._plot.axes.get_xlim() == pytest.approx((0.0, 0.1), abs=1e-6)  # of the run alone
+
+
+def test_the_time_axis_begins_with_the_run_and_moments_stay_those_of_the_history(panel):
+    history = make_history(5, begin=30.0)  # robots that stand until their controller is there
+    for time in (31.0, 32.0, 33.0):
+        history.append(snapshot(time).replace(command=np.full((3, 2), 0.1)))
+    panel.set_history(history)
+    settle(panel)
+    assert panel._plot.axes.get_xlim() == (0.0, 2.0)
+    panel.show_moment(32.0)
+    assert panel.moment == 1.0
+    chosen = []
+    panel.time_chosen.connect(chosen.append)
+    box, ratio = panel._plot.axes.bbox, panel._canvas.devicePixelRatioF()
+    middle = QPoint(int((box.x0 + box.x1) / 2 / ratio), panel._canvas.height() // 2)
+    QTest.mouseClick(panel._canvas, Qt.LeftButton, pos=middle)
+    assert chosen == [pytest.approx(32.0, abs=0.02)]
 
 
 @pytest.mark.parametrize(

@@ -241,11 +241,10 @@ class DrawnCurves(QWidget):
     @guarded
     def _on_follow(self, follow):
         """Go on with the width of the window, or stay with the axes as they are."""
-        time = self._source.history.time
         if not follow and self._drawn is not None:
             self._xlim, self._ylim = self._plot.axes.get_xlim(), self._plot.axes.get_ylim()
         elif follow:
-            whole = self._xlim is None or not len(time) or self._xlim[0] <= time[0]
+            whole = self._xlim is None or self._xlim[0] <= 0.0
             self._xlim, self._ylim = None if whole else self._xlim, None
         self._renew()
 
@@ -293,17 +292,15 @@ class DrawnCurves(QWidget):
 
     def _data(self):
         """Return the curves to draw, and a remark."""
-        source, begin = self._source, self._source.begin
+        source = self._source
         if self._index() == ERROR:
-            return self._error_data(begin)
+            return self._error_data()
         values, styles = QUANTITIES[self._index()].values, self._plot.styles
-        found = source.state_curves(values, self._chosen, styles, source.begin)
+        found = source.state_curves(values, self._chosen, styles)
         if not found:
             there = len(source.history.time)
             return [], "No robot is selected" if there else NO_RUN
-        others = [
-            source.state_curves(values, self._chosen, styles, begin) for source in self._others
-        ]
+        others = [source.state_curves(values, self._chosen, styles) for source in self._others]
         return self._picked_out(self._told_apart([found, *others])), ""
 
     def _picked_out(self, curves):
@@ -329,26 +326,26 @@ class DrawnCurves(QWidget):
             for curve in run
         ]
 
-    def _error_data(self, begin):
+    def _error_data(self):
         source, found = self._source, []
         complete = [each.is_complete() for each in (source, *self._others)]  # each goes on
         self._dirty = not all(complete)
         run, _ = self._plot.error_styles()
-        own = source.error_curve(source.begin, run)
+        own = source.error_curve(run)
         if own is not None:
             found.append(own._replace(name=self._own_name, run=""))
-        theories = self._theories(begin)
+        theories = self._theories()
         found += theories.get(self._own_name, [])
         if self._ahead is not None:
             when, error = self._ahead
-            found.append(Curve(AHEAD, when + begin, error, self._plot.ahead_style()))
+            found.append(Curve(AHEAD, when, error, self._plot.ahead_style()))
         for place, other in enumerate(self._others, 1):
-            curve = other.error_curve(begin, self._plot.compared_style(place))
+            curve = other.error_curve(self._plot.compared_style(place))
             found += [] if curve is None else [curve._replace(name=other.short_name)]
             found += theories.get(other.short_name, [])
         return found, source.error.problem or ("" if found else NO_RUN)
 
-    def _theories(self, begin):
+    def _theories(self):
         """Return ``[Curve]`` of theory of each run, by its name; one where all have the same."""
         _, usual = self._plot.error_styles()
         runs = [(self._own_name, self._source)]
@@ -363,10 +360,10 @@ class DrawnCurves(QWidget):
         )
         if same or (known and not self._others):
             when, error = known[0][2]
-            return {self._own_name: [Curve(THEORY, when + begin, error, usual)]}
+            return {self._own_name: [Curve(THEORY, when, error, usual)]}
         names, style = "{}, {{}}".format(THEORY), self._plot.theory_style
         return {
-            name: [Curve(names.format(name), when + begin, error, style(place))]
+            name: [Curve(names.format(name), when, error, style(place))]
             for place, name, (when, error) in known
         }
 
@@ -374,18 +371,15 @@ class DrawnCurves(QWidget):
         return not self._ranges or any(low <= number <= high for low, high in self._ranges)
 
     def _time_limits(self):
-        """Return the ends of the time axis [s]."""
-        time = self._source.history.time
-        if not len(time) and self._source.theory is not None and self._index() == ERROR:
-            time = self._source.theory[0]
-        begin, end = (time[0], time[-1]) if len(time) else (0.0, 1.0)
+        """Return the ends of the time axis [s], which begins with the run."""
+        begin, end = 0.0, self._source.lasts
+        if not end and self._source.theory is not None and self._index() == ERROR:
+            end = self._source.theory[0][-1]
         for other in self._others if self._xlim is None else ():
-            lasts = other.history.time[-1] - other.begin if len(other.history.time) else 0.0
-            end = max(end, self._source.begin + lasts)
+            end = max(end, other.lasts)
         if self._ahead is not None and self._xlim is None and self._index() == ERROR:
-            end = max(end, self._source.begin + self._ahead[0][-1])
-        if end <= begin:
-            begin, end = begin - 0.5, begin + 0.5
+            end = max(end, self._ahead[0][-1])
+        end = end if end > begin else 1.0
         if self._xlim is not None and self._follow.isChecked():
             width = self._xlim[1] - self._xlim[0]
             self._xlim = (end - width, end) if width < end - begin else None

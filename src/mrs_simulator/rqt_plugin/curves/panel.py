@@ -20,7 +20,7 @@ PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)  # around and in the a
 class CurvesPanel(DrawnCurves):
     """Curves that are zoomed by the wheel and panned by a drag; the one under the mouse is named."""
 
-    time_chosen = Signal(float)  # [s], by a click
+    time_chosen = Signal(float)  # [s] of the history, by a click
     robot_clicked = Signal(int)  # the number of the robot whose curve was clicked
 
     def __init__(self, parent=None):
@@ -77,9 +77,10 @@ class CurvesPanel(DrawnCurves):
         self._place_line()
 
     def show_moment(self, time):
-        """Show a line at ``time`` [s], None for none."""
-        if time != self.moment:
-            self.moment = time
+        """Show a line at ``time`` [s] of the history, None for none."""
+        moment = None if time is None else time - self._source.begin
+        if moment != self.moment:
+            self.moment = moment
             self._place_line()
 
     def _place_line(self):
@@ -188,7 +189,7 @@ class CurvesPanel(DrawnCurves):
         if found is not None and found[0].robot:
             self.robot_clicked.emit(found[0].robot)
         time = self._plot.axes.transData.inverted().transform(pressed)[0]
-        self.time_chosen.emit(float(time))
+        self.time_chosen.emit(float(time) + self._source.begin)
 
     def _reach(self):
         """Return how far [pixels] an unsteady hand moves the mouse in a click."""

@@ -37,6 +37,12 @@ class Source:
         return float(time[self.history.first_row()]) if len(time) else 0.0
 
     @property
+    def lasts(self):
+        """Return how long [s] the run has lasted, 0 before it begins."""
+        time = self.history.time
+        return float(time[-1]) - self.begin if len(time) else 0.0
+
+    @property
     def short_name(self):
         """Return the name as a legend has it."""
         cut = self.name[: LONGEST - 3] + "..."
@@ -47,24 +53,24 @@ class Source:
         history = self.history
         return self.error.update(history.numbers, history.time, history.pose)
 
-    def error_curve(self, begin, style):
-        """Return the ``Curve`` of the error as of a run that begins at ``begin`` [s]; None without any."""
+    def error_curve(self, style):
+        """Return the ``Curve`` of the error against the time since the run began; None without any."""
         values = positive(self.error.values)
         if not len(values):
             return None
-        time = self.history.time[: len(values)] - self.begin + begin
+        time = self.history.time[: len(values)] - self.begin
         return Curve(self.name, time, values, style, self.short_name)
 
-    def state_curves(self, values, chosen, styles_of, begin):
+    def state_curves(self, values, chosen, styles_of):
         """Return the ``Curve``s of ``values`` (of a state: (m, n)) of the robots that are ``chosen``.
 
-        ``styles_of(shown, numbers)``: their styles; ``begin``: as for :meth:`error_curve`.
+        Against the time since the run began; ``styles_of(shown, numbers)``: their styles.
         """
         history = self.history
         rows = [row for row, number in enumerate(history.numbers) if chosen(number)]
         if not rows or not len(history.time):
             return []
-        table, time = values(history.state), history.time - self.begin + begin
+        table, time = values(history.state), history.time - self.begin
         shown = [history.numbers[row] for row in rows]
         names = ["Robot {}".format(number) for number in shown]
         names = ["{}, {}".format(each, self.name) for each in names] if self.name else names

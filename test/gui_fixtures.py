@@ -3,6 +3,7 @@
 import os
 import sys
 import tempfile
+import time
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
@@ -123,6 +124,17 @@ def shown(widget, width, height):
     widget.activateWindow()
     assert QTest.qWaitForWindowActive(widget)
     return widget
+
+
+def wait_drawn(curves, limit=60.0):
+    """Let the window go on until its ``CurvesPanel`` has nothing left to draw."""
+    from PyQt5.QtTest import QTest  # not for the tests without widgets
+
+    end = time.monotonic() + limit
+    QTest.qWait(20)
+    while curves._dirty or curves._stamp() != curves._drawn:
+        assert time.monotonic() < end
+        QTest.qWait(20)
 
 
 @pytest.fixture

@@ -42,7 +42,7 @@ def middle_of(widget, edge):
     return QPoint(*map(int, 0.5 * (begin + end)))
 
 
-def settled(widget, limit=20.0):
+def settled(widget, limit=60.0):
     """Return the text at the edge once theory has answered."""
     end = time.monotonic() + limit
     while "..." in widget.map.hover_text and time.monotonic() < end:

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import time
 
 import numpy as np
 import pytest
@@ -69,8 +70,9 @@ def frame(widget):
     widget.comparison_control.show_frame()
 
 
-def until(widget, condition):
-    for _ in range(600):
+def until(widget, condition, limit=60.0):
+    end = time.monotonic() + limit
+    while time.monotonic() < end:
         frame(widget)
         if condition():
             return
@@ -101,10 +103,11 @@ def test_a_click_shows_a_run_at_any_moment_and_another_button_the_window_s_own(s
     np.testing.assert_allclose(study.map.team.pose, run.pose[-1])
     assert study.time_line.label.text() == "end: 12.0 s"
     assert "not judged" in study.verdict.title() and study.map.trails.begun >= 2
+    until(study, lambda: study.map.targets is not None)
     ended = study.map.targets.copy()
     QTest.keyClick(study.time_line.slider, Qt.Key_Home)
-    frame(study)
-    assert np.abs(study.map.targets - ended).max() > 0.1  # they are where neighbours are
+    # They are where neighbours are.
+    until(study, lambda: np.abs(study.map.targets - ended).max() > 0.1)
     np.testing.assert_allclose(study.map.team.pose, run.pose[0])
     assert study.shelf.list.runs.shown == path
     QTest.mouseClick(study.time_line.newest, Qt.LeftButton)
@@ -234,8 +237,7 @@ def test_a_graph_that_changed_in_a_run_is_shown_as_of_the_moment(study, tmp_path
     until(study, lambda: study.opened.run is not None)
     for moment, wanted in ((1.0, scenario.topology.edges), (3.0, [(2, 1, 1.0), (3, 2, 1.0)])):
         study.replay.cursor.go(moment)
-        frame(study)
-        assert sorted(study.map.edges.list) == sorted(wanted)
+        until(study, lambda wanted=wanted: sorted(study.map.edges.list) == sorted(wanted))
 
 
 def test_runs_and_folders_are_dropped_on_the_list(study, runs, tmp_path):

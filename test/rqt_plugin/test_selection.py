@@ -7,7 +7,7 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_drawn
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -42,7 +42,7 @@ def study():
     widget.map.show_snapshot(sample(49))
     widget.map.fit()
     widget.view.refresh()
-    QTest.qWait(100)  # the curves are drawn
+    wait_drawn(widget.curves)
     yield widget
     widget.history.saved = np.inf
     widget.close_study()
@@ -64,7 +64,7 @@ def in_space(study, number):
 
 def on_curves(study, number):
     study.curves._tabs.setCurrentIndex(1)  # y, in which they lie apart
-    QTest.qWait(100)
+    wait_drawn(study.curves)
     canvas, axes = study.curves.canvas, study.curves._plot.axes
     x, y = axes.transData.transform((2.0, 3.0 * (number - 1)))
     QTest.mouseClick(canvas, Qt.LeftButton, Qt.NoModifier, QPoint(int(x), int(canvas.height() - y)))

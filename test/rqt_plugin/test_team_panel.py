@@ -442,9 +442,9 @@ def test_dragging_is_quick_with_the_largest_team(panel, poses):
     panel.set_team(poses, KINDS[:1] * 200)
     taken = []
     for step in range(50):
-        begin = time.perf_counter()
+        begin = time.process_time()  # a busy machine's other work is no matter
         panel.set_pose(100, 0.1 * step, 0.0, 0.0)
-        taken.append(time.perf_counter() - begin)
+        taken.append(time.process_time() - begin)
     assert np.median(taken) < 5e-3
 
 

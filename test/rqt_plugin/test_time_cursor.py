@@ -7,7 +7,7 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_drawn
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -127,7 +127,7 @@ def test_a_replay_runs_to_the_end_at_its_speed_and_begins_again(study):
 
 def test_a_click_on_curves_chooses_the_moment_and_a_drag_does_not(study):
     study.results_tabs.setCurrentWidget(study.curves)
-    QTest.qWait(100)
+    wait_drawn(study.curves)
     canvas = study.curves.canvas
     middle = QPoint(canvas.width() // 2, canvas.height() // 2)
     QTest.mousePress(canvas, Qt.LeftButton, NONE, middle)
@@ -135,7 +135,7 @@ def test_a_click_on_curves_chooses_the_moment_and_a_drag_does_not(study):
     QTest.mouseRelease(canvas, Qt.LeftButton, NONE, middle + QPoint(60, 0))
     assert study.replay.cursor.time is None
     study.curves.see_all()
-    QTest.qWait(100)
+    wait_drawn(study.curves)
     QTest.mouseClick(canvas, Qt.LeftButton, NONE, middle)
     time = study.replay.cursor.time
     assert 5.0 < time < 15.0
@@ -167,7 +167,7 @@ def test_targets_and_graph_of_a_moment_are_those_of_the_law_then(study):
     study.live.ran = study.scenario, {"changes": changes}
     for moment, edges in ((15.0, 4), (5.0, 3)):
         study.replay.cursor.go(moment)
-        for _ in range(500):
+        for _ in range(6000):
             frame(study)
             if len(study.map.edges.list) == edges and study.map.targets is not None:
                 break

@@ -23,8 +23,12 @@ click("pause")
 until(lambda: gui.connection.newest("stage").paused)
 click("control")
 until(lambda: gui.study.is_controlled())
-connected = time.monotonic() + 0.3
-until(lambda: time.monotonic() > connected)
+import rosgraph
+def connected():
+    published = dict(rosgraph.Master("/gui").getSystemState()[0])
+    heard = gui.connection._master.subscribers.values()
+    return all(each.get_num_connections() for each in heard if published.get(each.resolved_name))
+until(connected)
 click("pause")
 span = float(sys.argv[2])
 def done():

@@ -202,8 +202,7 @@ def test_over_ros_a_deadlock_is_reported_in_the_status_the_log_and_the_verdict(r
         "pioneer_control", *given, "--protocol", "{}:Behind".format(law), "_lockstep:=true"
     )
     record = ros.node("record", *given, "--out", tmp_path / "out")
-    probe.wait("[w for w in control('warnings') or () if w.startswith('deadlock: ')]")
-    told = probe.ask("control('warnings')")
+    told = probe.wait("[w for w in control('warnings') or () if w.startswith('deadlock: ')]")
     assert deadlock_in(told[-1])[0][0] == 1 and probe.ask("control('running')")
     verdict = ros.judged(record, tmp_path / "out")
     wait_until(lambda: "deadlock: the safety filter holds still robot 1" in log_of(control))

@@ -52,7 +52,7 @@ def test_peers_without_a_header_keep_none_out():
     def handler(sock, address):
         met.append((address, sock.recv(4)))
 
-    keeper = Doorkeeper(handler, limit=0.2, most=3)
+    keeper = Doorkeeper(handler, limit=3.0, most=3)
     for address, (ours, _) in enumerate(pairs[:3]):
         keeper(ours, address)
     pairs[2][1].send(b"head")

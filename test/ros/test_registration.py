@@ -27,5 +27,5 @@ def test_after_the_master_was_restarted_stop_reaches_the_controller_again(ros):
     answer = ros.call("rosservice", "call", "/pioneer_control/stop")
     assert "zero commands sent" in answer
     wait_until(lambda: master.getParam("/test", "/use_sim_time")[2] is True)
-    topics = dict(master.getSystemState("/test")[2][0])
-    assert topics["/stage/state"] == ["/stage"]
+    published = "/stage/state", ["/stage"]
+    wait_until(lambda: published in map(tuple, master.getSystemState("/test")[2][0]))

@@ -15,6 +15,7 @@ import pytest
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.pioneer_control import ControlError
+from mrs_simulator.core.doc_links import page_of
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.writing import printing
 from mrs_simulator.nodes.control.reconfigure import TellingServer
@@ -77,6 +78,22 @@ def test_a_protocol_s_mistake_has_its_place(tmp_path, text, said):
     (tmp_path / "helper_of_mine.py").write_text("missing_name\n")
     with pytest.raises(ProtocolError, match=said):
         load_protocol(protocol_of(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    "body, page",
+    [
+        ("calculateControlLaw = pointMassLaw = lambda self, known: known", "docs/protocols.md"),
+        ("topology = 3", "docs/protocols.md#names-that-are-taken"),
+        ("PARAMETERS = 3", "docs/protocols.md#parameters-and-topology"),
+        ("DIMENSIONS = 3", "docs/protocols.md#in-space"),
+        ("SENSORS = 3", "docs/sensors.md"),
+    ],
+)
+def test_a_protocol_s_mistake_has_the_page_that_explains_it(tmp_path, body, page):
+    with pytest.raises(ProtocolError) as refused:
+        load_protocol(protocol_of(tmp_path, "class Law(PioneerControl):\n    {}\n".format(body)))
+    assert page_of(refused.value) == page
 
 
 def test_a_law_of_both_hooks_may_call_the_other():

@@ -490,6 +490,9 @@ def test_values_of_a_file_are_set_on_the_command_line(tmp_path, capsys):
     assert run("--protocol", "discrete_consensus", "--set", "eps=0.3")[0] == 0
     control = load_scenario(tmp_path / "out" / "scenario.yaml").control
     assert (control.protocol, control.parameters["eps"]) == ("discrete_consensus", 0.3)
+    assert run("--set", "topology={preset: path}", "--set", "poses=[[0, 0, 0], [7, 0, 0]]")[0] == 0
+    scenario = load_scenario(tmp_path / "out" / "scenario.yaml")
+    assert scenario.poses[1, 0] == 7.0 and len(scenario.topology.edges) == 1
     code, said = run("--set", "gian=1")
     assert code == 2 and "unknown 'gian'; did you mean 'gain'" in said
     code, said = run("--set", "gain")

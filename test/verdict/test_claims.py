@@ -96,5 +96,7 @@ def test_two_points_in_space_agree_as_in_closed_form():
 def test_rates_the_wrong_way_round_and_single_claims():
     with pytest.raises(TypeError, match="wanted a number .1/s., and then a function"):
         rate(lambda hand: hand[:, 0, 0], 0.5)
+    with pytest.raises(TypeError, match="1, wanted points .n, d. or one point .d,."):
+        converges_to(1.0)
     alone = converges_to([0.0, 0.0])
     assert listed(alone) == [alone] and listed((alone, alone)) == [alone, alone]

@@ -5,7 +5,7 @@ import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.core.claims import Claim, NothingDecays, converges_to, decreases, rate
+from mrs_simulator.core.claims import Claim, Condition, NothingDecays, converges_to, decreases, rate
 from mrs_simulator.protocols.consensus.law import Consensus
 from mrs_simulator.protocols.gathering.law import Containment, Rendezvous
 from mrs_simulator.protocols.shapes.law import DisplacementFormation
@@ -311,3 +311,21 @@ def test_what_has_settled_elsewhere_by_limits_is_not_called_short():
     one = check(simulate(given, protocol=Shifted).verdict, "final distance")
     assert one["passed"] is False and "say free=True" in one["note"], one
     assert "too short" not in one["note"]
+
+
+class Connected(Gathering):
+    def claims(self, start):
+        two = Condition("two robots", len(start) > 5)
+        return [Condition("connected", self.topology.has_spanning_tree()), two]
+
+
+@pytest.mark.parametrize("topology", [None, {"edges": []}])
+def test_a_condition_that_fails_for_want_of_a_topology_says_so(topology):
+    given = {"poses": [[0, 0, 0], [9, 0, 0], [0, 9, 0]], "duration": 1.0}
+    given.update({} if topology is None else {"topology": topology})
+    verdict = simulate(given, protocol=Connected).verdict
+    said = "the scenario has no topology; wanted one, such as topology: {preset: ring}"
+    lacks = topology is None
+    assert check(verdict, "connected")["note"] == (said if lacks else "")
+    assert check(verdict, "two robots")["note"] == ""
+    assert verdict["reason"].endswith(said if lacks else "connected, two robots does not hold")

@@ -1,6 +1,7 @@
 """What a protocol's class may define, and which names are ``PioneerControl``'s own."""
 
 from mrs_simulator.control.twists import ControlError
+from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import Parameter, shown
 
 HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
@@ -46,13 +47,28 @@ def refuse_own_name(cls, base, name, value):
 
 def check_class(cls, base):
     """Raise ``TypeError`` that names what is wrong in a subclass ``cls`` of ``base``, PioneerControl."""
-    _refuse_hidden_hook(cls)
-    _refuse_names(cls, base)
-    _refuse_parameters(cls, base)
+    with explained_by("docs/protocols.md", TypeError):
+        _refuse_hidden_hook(cls)
+    with explained_by("docs/protocols.md#names-that-are-taken", TypeError):
+        _refuse_names(cls, base)
+    with explained_by("docs/protocols.md#parameters-and-topology", TypeError):
+        _refuse_parameters(cls, base)
+    with explained_by("docs/protocols.md#in-space", TypeError):
+        _refuse_dimensions(cls)
+    with explained_by("docs/sensors.md", TypeError):
+        _refuse_sensors(cls)
+
+
+def _refuse_dimensions(cls):
+    """Refuse ``DIMENSIONS`` that are not some of those there are."""
     given = cls.DIMENSIONS
     if not isinstance(given, (tuple, list)) or not given or not set(given) <= set(DIMENSIONS):
         text = "{}.DIMENSIONS = {}: wanted some of {}"
         raise TypeError(text.format(cls.__name__, shown(given), DIMENSIONS))
+
+
+def _refuse_sensors(cls):
+    """Refuse ``SENSORS`` that are no names."""
     if not isinstance(cls.SENSORS, (tuple, list)) or not all(type(s) is str for s in cls.SENSORS):
         text = "{}.SENSORS = {}: wanted a tuple of sensors' names"
         raise TypeError(text.format(cls.__name__, shown(cls.SENSORS)))

@@ -1,5 +1,7 @@
 """``PioneerControl``: the control of n robots by one function that a researcher rewrites."""
 
+import copy
+
 import numpy as np
 
 from mrs_simulator.control.class_checks import HOOKS, OWN, check_class, refuse_own_name
@@ -14,7 +16,7 @@ from mrs_simulator.control.positions import (  # noqa: F401, laws import them fr
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.safety_filter import SafetyFilter
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.core.claims import listed, without_theorem
+from mrs_simulator.core.claims import NO_TOPOLOGY, Condition, listed, without_theorem
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import checked_values
 from mrs_simulator.core.graphs import Topology
@@ -186,11 +188,33 @@ class PioneerControl(LawHooks):
     def all_claims(self, start):
         """Return what theory says of a run from ``start`` (n, d) over the edges that there are."""
         if self.runner.network is None:
-            return listed(self.claims(start))
+            return self._blaming_no_edges(listed(self.claims(start)), start)
         known = self.claims_over_links(start)
         if known is not None:
             return listed(known)
         return without_theorem(listed(self.claims(start)), "edges are " + self.links.faults)
+
+    def _blaming_no_edges(self, claims, start):
+        """Return ``claims`` whose conditions say so where they fail for want of a topology alone.
+
+        That is where the scenario has none, and over a ring they hold.
+        """
+        n, failed = len(self.numbers), any(isinstance(c, Condition) and not c.holds for c in claims)
+        if not failed or n < 2 or self._given_topology is not None:
+            return claims
+        other = copy.copy(self)
+        ring = [(i, i % n + 1) for i in range(1, n + 1)] if n > 2 else [(1, 2)]
+        other.topology = Topology(n, ring, directed=False)
+        try:
+            made = {c.name: c for c in listed(other.claims(start)) if isinstance(c, Condition)}
+        except Exception:  # of a law that cannot do with this graph
+            return claims
+        return [
+            c._replace(why="; ".join(filter(None, (c.why, NO_TOPOLOGY))))
+            if isinstance(c, Condition) and not c.holds and c.name in made and made[c.name].holds
+            else c
+            for c in claims
+        ]
 
     def predicted_track(self, start, time):
         """Return the prediction over the edges that there are, as :meth:`prediction` does."""

@@ -15,6 +15,7 @@ NEGLIGIBLE = 1e-9  # [m], or the quantity's unit: from less at the start nothing
 IN_PART = "with forces, robots in water and air follow small velocities in part only"
 RESTS = "it begins at {:.3g}, and below {:.3g} friction holds robots where they are"
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
+NO_TOPOLOGY = "the scenario has no topology; wanted one, such as topology: {preset: ring}"
 # What a claim asks: whether theory holds of the law; whether robots get the commands that the published law
 # wants; whether they go where theory goes.
 THEOREM, LAW, ROBOTS = QUESTIONS = ("theorem", "law", "robots")
@@ -77,8 +78,14 @@ def listed(claims):
 
 
 def converges_to(points, tolerance=0.05, name="final distance from the limit [m]", free=False):
-    """Claim that the hand points end at ``points``, (n, d) or one point (d,) [m], within ``tolerance``."""
+    """Claim that the hand points end at ``points``, (n, d) or one point (d,) [m], within ``tolerance``.
+
+    Raises ``TypeError`` for a number alone, which is no point.
+    """
     points = np.asarray(points, dtype=float)
+    if not points.ndim:
+        text = "converges_to(points): {:g}, wanted points (n, d) or one point (d,) [m]"
+        raise TypeError(text.format(points))
     return Claim(
         name,
         0.0,

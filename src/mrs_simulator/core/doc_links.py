@@ -14,14 +14,14 @@ OF_NOT_JUDGED = reference("docs/verdict.md#why-a-claim-is-not-judged")
 
 
 @contextlib.contextmanager
-def explained_by(page):
-    """Give a ``ValueError`` that leaves the block, or the decorated function, the ``page`` for it.
+def explained_by(page, kind=ValueError):
+    """Give an error of this ``kind`` that leaves the block, or the decorated function, the ``page`` for it.
 
     A page that an inner block gave is kept, since it is nearer to the cause; that of a class is not.
     """
     try:
         yield
-    except ValueError as error:
+    except kind as error:
         if "page" not in vars(error):
             error.page = page
         raise

@@ -16,7 +16,14 @@ from typing import Any, Dict, NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.control.user_code import print_raised
-from mrs_simulator.core.claims import QUESTIONS, ROBOTS, THEOREM, Condition, NothingDecays
+from mrs_simulator.core.claims import (
+    NO_TOPOLOGY,
+    QUESTIONS,
+    ROBOTS,
+    THEOREM,
+    Condition,
+    NothingDecays,
+)
 from mrs_simulator.core.doc_links import OF_FAILED, OF_NOT_JUDGED, OF_SELF_CONSISTENT, named, words
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.record.controller_log import deadlock_text
@@ -263,7 +270,7 @@ def _unjudged(run, claims, checks, theory):
         return run.meta["degraded"]
     broken = _broken(claims)
     if broken:
-        return "{}: {}".format(NONE_APPLY, broken)
+        return ": ".join(filter(None, (NONE_APPLY, broken, _lacks_topology(claims))))
     claimed = [check for check in checks if check.predicted != HOLDS]
     if not claimed:
         return NO_CLAIMS
@@ -409,6 +416,12 @@ def _broken(claims):
     conditions = [claim for claim in claims if isinstance(claim, Condition)]
     broken = ", ".join(c.name for c in conditions if c.rules_out and not c.holds)
     return broken and "{} does not hold".format(broken)
+
+
+def _lacks_topology(claims):
+    """Return ``NO_TOPOLOGY`` where a condition of ``claims`` fails for want of one, else ""."""
+    conditions = [claim for claim in claims if isinstance(claim, Condition)]
+    return NO_TOPOLOGY if any(NO_TOPOLOGY in condition.why for condition in conditions) else ""
 
 
 def _held(condition):

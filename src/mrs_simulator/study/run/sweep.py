@@ -241,12 +241,16 @@ def summary(verdicts, drawn=False):
 
 
 def read_setting(text):
-    """Return ``(key, value)`` of ``key=value``, in YAML; a key without a dot is a parameter's name."""
+    """Return ``(key, value)`` of ``key=value``, in YAML; a key without a dot is a parameter's name.
+
+    Parameters are no lists or mappings: with one the key is the scenario's own, such as ``topology``.
+    """
     key, equals, value = map(str.strip, text.partition("="))
     if not (key and equals and value):
         raise ScenarioError("--set {!r}: wanted NAME=VALUE or KEY=VALUE".format(text))
-    path = key if set(key) & set(".[") else "control.parameters." + key
-    return path, parse_yaml(value, "--set {!r}".format(text))
+    value = parse_yaml(value, "--set {!r}".format(text))
+    is_path = set(key) & set(".[") or isinstance(value, (dict, list))
+    return key if is_path else "control.parameters." + key, value
 
 
 def content_of(path, given):

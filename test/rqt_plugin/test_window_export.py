@@ -150,8 +150,27 @@ def test_a_figure_is_composed_of_the_run_saved_last(study, tmp_path, monkeypatch
     answer(study, tmp_path / "own.png")
     wait_shown(lambda: "saved" in composer.note.message)
     assert (tmp_path / "own.png").exists()
+    assert not composer.compare.isEnabled() and "--compare" not in words
     composer.robots.setText("9")
     wait_shown(lambda: "robot 9: none" in composer.note.message)
+    composer.close()
+
+
+def test_compared_runs_are_composed_by_name_with_their_error(study, tmp_path, monkeypatch):
+    compared = [("k 0.02", ""), ("k 0.05", str(tmp_path / "other"))]
+    monkeypatch.setattr(study.comparison_control, "named", lambda: compared)
+    study.results.directory = str(tmp_path / "a run")
+    study.study.processes.directory = str(tmp_path)
+    monkeypatch.setattr(study.study.processes, "run", lambda *_, **__: (2, "not drawn here"))
+    choose(study, "figure")
+    composer = study.export.composer
+    composer.panels["error"].setChecked(True)
+    words = composer.arguments("f.pdf")
+    assert words[words.index("--panels") + 1].split(",")[-1] == "error"
+    at = words.index("--compare")
+    assert words[at : at + 5] == ["--compare", compared[1][1], "--names", "k 0.02", "k 0.05"]
+    composer.compare.setChecked(False)
+    assert "--compare" not in composer.arguments("f.pdf")
     composer.close()
 
 

@@ -68,11 +68,12 @@ class StudyWidget(StudyPanels):
         self.save_results = self.results.save
         self.opened = OpenedRun(self, self.study, self.live, self.replay, self.editing)
         processes = self.study.processes
-        self.export = Export(self, self.results, self.files, processes, self.opened)
         self.course = Course(self, self.study, self.history, self.live, self.opened)
         self.comparison_control = Comparison(
             self, self.study, self.history, self.replay, self.opened, self.results
         )
+        given = self.results, self.files, processes, self.opened, self.comparison_control
+        self.export = Export(self, *given)
         self.shelf_control = ShelfControl(
             self, self.study.shelf, self.files, self.opened, self.results
         )

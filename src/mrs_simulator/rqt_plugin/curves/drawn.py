@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.backends.backend_qt5agg import FigureCanvasQTAgg
 
 from mrs_simulator.rqt_plugin.curves import quantities
-from mrs_simulator.rqt_plugin.curves.plot import MANY_CURVES, CurvesPlot, run_dash
+from mrs_simulator.rqt_plugin.curves.plot import MANY_CURVES, CurvesPlot
 from mrs_simulator.rqt_plugin.curves.quantities import (
     ERROR,
     QUANTITIES,
@@ -28,6 +28,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
 )
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.draw.compared_panels import run_line
 
 PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
 MOST_DRAWING = 0.15  # of the time that redraws may take; beyond, they come less often
@@ -320,7 +321,7 @@ class DrawnCurves(QWidget):
             return runs[0]
         return [
             curve._replace(
-                style=dict(curve.style, ls=run_dash(place)), run=curve.run or self._own_name
+                style=dict(curve.style, ls=run_line(place)), run=curve.run or self._own_name
             )
             for place, run in enumerate(runs)
             for curve in run

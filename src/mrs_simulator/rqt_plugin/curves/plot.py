@@ -23,9 +23,9 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     thinned,
     thinned_together,
 )
-from mrs_simulator.rqt_plugin.curves.source import RUN_DASHES
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor
 from mrs_simulator.rqt_plugin.widgets.colours import dash_places, places, shade, shades
+from mrs_simulator.study.draw.compared_panels import BROAD, PALE, run_line
 from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND
 from mrs_simulator.study.draw.log_ticks import label_log
 
@@ -37,16 +37,10 @@ AHEAD = (0, (2.2, 1.6))  # the dashes of what is looked ahead of
 MOST_RUNS = 6  # [-] beside each other in a legend
 COLOURS = 7  # [-] of compared runs' errors
 DPI = 96
-BROAD, PALE = 3.0, 0.35  # [-] width of theory of one of several runs; its opacity
 MOST_NAMED = 0.3  # [-] of the figure's height that a legend above the axes may have
 ROW = 1.3  # [em] of height of a legend above the axes
 POWER = 2.4  # [em] width of a power of ten
 LOW = 9.0  # [em] of height, below which the axes have all of it: no legend, no names
-
-
-def run_dash(place):
-    """Return the line style of the run at ``place``: 0 the one shown, then those compared with it."""
-    return RUN_DASHES[place % len(RUN_DASHES)]
 
 
 @functools.lru_cache(maxsize=8)
@@ -100,7 +94,7 @@ class CurvesPlot:
     def compared_style(self, place):
         """Return how to draw the error of the compared run at ``place``, from 1 on."""
         colour = self._shade(1 + place % COLOURS, COLOURS)
-        return {"color": colour, "lw": 1.3 * self._width, "ls": run_dash(place)}
+        return {"color": colour, "lw": 1.3 * self._width, "ls": run_line(place)}
 
     def theory_style(self, place):
         """Return how to draw theory of the run at ``place``, among several: broad and pale."""
@@ -236,7 +230,7 @@ class CurvesPlot:
                 self.axes.add_artist(legend)  # else the next legend takes its place
         if self._index != ERROR and len(runs) > 1:
             look = {"color": self._text, "lw": 1.3 * self._width}
-            signs = [Line2D([], [], ls=run_dash(place), **look) for place in range(len(runs))]
+            signs = [Line2D([], [], ls=run_line(place), **look) for place in range(len(runs))]
             self._legend_above(signs, runs)
 
     def _first_run(self, runs):

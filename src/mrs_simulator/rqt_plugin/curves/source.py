@@ -5,8 +5,6 @@ import numpy as np
 from mrs_simulator.rqt_plugin.curves.quantities import Curve, ErrorCurve, positive
 
 USUAL_AXES = ("linear.x", "angular.z")
-# Of the lines of the run shown, and of those compared with it.
-RUN_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (2.5, 1.2)))
 LONGEST = 30  # [characters] of a run's name in a legend
 
 

@@ -13,7 +13,7 @@ from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
 
 FAINT, TRAIL = 0.45, 0.75  # [-] opacity of robots and trails
-# Of the trails of compared runs, in widths of their lines, in the order of ``curves.source.RUN_DASHES``.
+# Of the trails of compared runs, in widths of their lines, in the order of ``figure_parts.RUN_DASHES``.
 DASHES = ((), (5.0, 2.0), (1.2, 1.5), (6.0, 1.5, 1.2, 1.5), (2.5, 1.2))
 WIDTH = 1.4  # [px]
 

@@ -77,6 +77,12 @@ class Comparison:
             self._shown = shown
             self._compare()
 
+    def named(self):
+        """Return ``(name, path)`` of the run shown and of those laid over it, [] where none is."""
+        names = [self._own_name, *(source.name for source in self._sources)]
+        paths = ["", *(run.path for run in self._shown.runs)]
+        return list(zip(names, paths)) if self._sources else []
+
     def _now(self):
         """Return what a comparison would be of now."""
         opened = self._opened.run

@@ -1,5 +1,6 @@
 """A dialog that composes one figure of a saved run, and shows the command that makes it again."""
 
+import html
 import os
 import shlex
 
@@ -28,6 +29,7 @@ PANELS = (  # of the command ``figure``, and their names
     ("y", "y"),
     ("z", "z"),
     ("inputs", "Inputs"),
+    ("error", "Formation error"),
 )
 FIRST = ("trajectories", "x")  # chosen at first
 WIDTHS = ("page", "column", "slide", "88mm")
@@ -35,6 +37,7 @@ REST = 0.4  # [s] without another choice, after which the figure is drawn
 EVERY = 100  # [ms] between two looks whether it is
 LIMIT = 120.0  # [s] of wall time for a figure
 SMALLEST = 24  # [lines of text], the least height of the picture
+NONE_COMPARED = "Runs ticked on the list Runs are laid over this one"
 DRAWING = "drawing ..."
 KINDS = "Figures (*.pdf *.png *.svg)"
 
@@ -42,11 +45,15 @@ KINDS = "Figures (*.pdf *.png *.svg)"
 class Composer(QDialog):
     """Choices on the left, the figure on the right, its command below; other windows stay in use."""
 
-    def __init__(self, parent, processes, directory, ask):
-        """``directory``: of the run; ``ask``: asks for a path, as ``ScenarioFiles.ask`` does."""
+    def __init__(self, parent, processes, directory, ask, compared=()):
+        """``directory``: of the run; ``ask``: asks for a path, as ``ScenarioFiles.ask`` does.
+
+        ``compared``: ``(name, path)`` of the run and of those laid over it, () for none.
+        """
         super().__init__(parent)
         self.setWindowTitle("Compose a figure of {}".format(os.path.basename(directory)))
         self._processes, self._directory, self._ask = processes, directory, ask
+        self._compared = list(compared)
         self._worker, self._picture = DebouncedWorker(REST), QPixmap()
         self.preview, self.note = QLabel(), MessageLabel("aside")
         self.preview.setAlignment(Qt.AlignCenter)
@@ -95,8 +102,14 @@ class Composer(QDialog):
             self._add_row(grid, title, field)
         self._add_row(grid, "Width", self.width_box)
         self.width_box.currentTextChanged.connect(self._on_choice)
-        grid.addWidget(self.theory, grid.rowCount(), 0, 1, 2)
-        self.theory.toggled.connect(self._on_choice)
+        self.compare = QCheckBox("Compared runs")
+        self.compare.setEnabled(len(self._compared) > 1)
+        self.compare.setChecked(len(self._compared) > 1)
+        names = ", ".join(name for name, _ in self._compared) or NONE_COMPARED
+        self.compare.setToolTip("<p>{}</p>".format(html.escape(names)))
+        for box in (self.theory, self.compare):
+            grid.addWidget(box, grid.rowCount(), 0, 1, 2)
+            box.toggled.connect(self._on_choice)
         grid.setRowStretch(grid.rowCount(), 1)
         return grid
 
@@ -117,6 +130,9 @@ class Composer(QDialog):
         robots, begin, end = (each.text().strip() for each in (self.robots, self.begin, self.end))
         words += ["--robots", robots] if robots else []
         words += ["--between", begin or "0", end or "inf"] if begin or end else []
+        if self.compare.isChecked():
+            names, paths = zip(*self._compared)
+            words += ["--compare", *paths[1:], "--names", *names]
         return words + ([] if self.theory.isChecked() else ["--no-theory"])
 
     @guarded

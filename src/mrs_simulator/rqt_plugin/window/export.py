@@ -22,11 +22,12 @@ VIDEO = {
 class Export:
     """Does what the menu beside *Save...* offers."""
 
-    def __init__(self, panels, results, files, processes, opened):
+    def __init__(self, panels, results, files, processes, opened, comparison):
         """``results``: the window's ``Results``; ``files``: asks for paths, a ``ScenarioFiles``.
 
-        ``opened``: the ``OpenedRun``.
+        ``opened``: the ``OpenedRun``; ``comparison``: the ``Comparison``.
         """
+        self._comparison = comparison
         self._panels, self._results, self._files = panels, results, files
         self._processes, self._opened, self.composer = processes, opened, None
 
@@ -52,7 +53,8 @@ class Export:
         if directory is None:
             self._panels.say(ErrorMessage(NOT_SAVED))
             return
-        self.composer = Composer(self._panels, self._processes, directory, self._files.ask)
+        given = self._processes, directory, self._files.ask, self._comparison.named()
+        self.composer = Composer(self._panels, *given)
         self.composer.show()
 
     def _ask(self, name, save, kinds):

@@ -117,6 +117,11 @@ def _input_label(axis, axes):
     return r"$\omega$ [rad/s]" if component == "z" else r"$\omega_{}$ [rad/s]".format(component)
 
 
+def values_of(run, component):
+    """Return ``component`` (x, y or z) of the robots' centres, (m, n) [m]."""
+    return run.z if component == "z" else run.pose[:, :, ("x", "y").index(component)]
+
+
 def _draw_curves(axes, run, values, **style):
     """Draw one line per column of ``values`` (m, n) against the run's time."""
     many = values.shape[1] > MOST_IN_LEGEND
@@ -142,18 +147,21 @@ def _draw_predicted_curves(axes, time, values):
     draw_alike(axes, lines, "Theory", color="k", ls=(0, (4, 3)), lw=sized(values, 0.8, 0.5))
 
 
-def name_robots(figure, panels, robots):
-    """Tell which line is which robot: a legend above the first panel, or a colour bar."""
+def name_robots(figure, panels, robots, more=()):
+    """Tell which line is which robot: a legend above the first panel, or a colour bar.
+
+    ``more``: handles with labels of their own for the legend.
+    """
     if len(robots) <= MOST_IN_LEGEND:
-        legend_above(panels[0])
+        legend_above(panels[0], more=more)
         return
     least, most = np.min(robots), np.max(robots)
     scale = ScalarMappable(Normalize(least, most), MANY_ROBOTS)
     scale.set_array([])
     ticks = np.unique(np.linspace(least, most, 6).round())
     figure.colorbar(scale, ax=panels, label="Robot", aspect=30, pad=0.02, ticks=ticks)
-    if "Theory" in panels[0].get_legend_handles_labels()[1]:
-        legend_above(panels[0], ("Theory",))
+    if more or "Theory" in panels[0].get_legend_handles_labels()[1]:
+        legend_above(panels[0], ("Theory",), more)
 
 
 def _frame_time(axes, time):

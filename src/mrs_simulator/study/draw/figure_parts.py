@@ -12,12 +12,15 @@ from mrs_simulator.pictures.palette import START
 START_COLOUR = to_hex(START)
 # Okabe and Ito's colour-blind-safe palette; its yellow is too faint on white, black is for theory.
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
+# Lines of the run shown, and of those compared with it.
+RUN_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (2.5, 1.2)))
 # Without the pale end, which is too faint on white.
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
 FARTHEST_DRAWN = 1e100  # [m], whose differences are numbers
 MOST_IN_LEGEND = 12  # above it a colour bar distinguishes robots
 MOST_IN_LEGEND_ROW = 6
 ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
+CHARACTER = 0.065  # [in] of a long one
 MOST_LINES = (
     MOST_IN_LEGEND  # above it one artist draws all: each artist costs milliseconds in every file
 )
@@ -106,12 +109,23 @@ def sized(table, few, many):
     return float(np.interp(table.shape[1], [MOST_IN_LEGEND, 50], [few, many]))
 
 
-def legend_above(axes, labels=None):
-    """Put the legend above ``axes``, where it covers no data; only ``labels``, in order, if given."""
+def entry_width(labels):
+    """Return the width [in] that entries of a legend with ``labels`` of any length need."""
+    return max([ENTRY_WIDTH, *(0.45 + CHARACTER * len(label) for label in labels)])
+
+
+def legend_above(axes, labels=None, more=(), entry=ENTRY_WIDTH):
+    """Put the legend above ``axes``, where it covers no data; only ``labels``, in order, if given.
+
+    ``more``: handles with labels of their own, which come last; ``entry``: least width [in] of an entry.
+    """
     handles, names = axes.get_legend_handles_labels()
+    handles, names = [*handles, *more], [*names, *(each.get_label() for each in more)]
     named = dict(zip(names, handles))
-    shown = [(named[name], name) for name in labels or names if name in named]
-    fitting = int(axes.figure.get_figwidth() / ENTRY_WIDTH + 0.5)
+    last = [each.get_label() for each in more] if labels else []
+    shown = [(named[name], name) for name in [*(labels or names), *last] if name in named]
+    entry = max(entry, entry_width([each.get_label() for each in more]))
+    fitting = int(axes.figure.get_figwidth() / entry + 0.5)
     rows = -(-len(shown) // max(2, min(MOST_IN_LEGEND_ROW, fitting)))
     columns = -(-len(shown) // rows)
     # A legend fills column by column; people read row by row.

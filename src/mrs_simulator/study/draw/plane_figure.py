@@ -22,6 +22,14 @@ from mrs_simulator.study.draw.figure_parts import (
     sized,
 )
 
+NAMED = (
+    "Theory",
+    "Final pose",
+    "Land",
+    "Obstacle",
+    "Arena",
+    "Collision",
+)  # in a legend, after paths
 TRAJECTORY_COLOUR = "#1a8a34"
 # Of paths; several where there are more kinds than colours.
 DASHES = (0, (4, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.5, 1.5)), (0, (10, 2))
@@ -38,30 +46,24 @@ LEAST_EXTENT = 10.0  # [m], of a drawing of robots that stand still
 
 
 @styled
-def draw_trajectories(figure, run, prediction=None, axes=None):
-    """Draw the robots' paths in the plane on ``axes``, or on ``figure``, emptied first; return the axes."""
+def draw_trajectories(figure, run, prediction=None, axes=None, others=()):
+    """Draw the robots' paths in the plane on ``axes``, or on ``figure``, emptied first; return the axes.
+
+    ``others``: further ``Run``s that are drawn there afterwards, in lines of their own, as this run's paths
+    are, for which room is left.
+    """
     axes = emptied(figure, 1)[0] if axes is None else axes
     points = points_of(run, prediction)
     _draw_obstacles(axes, run)
-    paths = _draw_paths(axes, points, run.kinds)
+    paths = () if others else _draw_paths(axes, points, run.kinds)
     if prediction is not None:
         _draw_predicted_paths(axes, predicted_of(run, prediction)[1][:, :, :2])
-    low, high = _extent(run, prediction)
+    low, high = _extent(run, prediction, others)
     _draw_final_poses(axes, points[-1], run.pose[-1, :, 2], np.max(high - low))
     _draw_starts(axes, run.robots, points)
     _draw_collisions(axes, run)
     _frame_plane(axes, low, high)
-    names = (
-        "Start",
-        *paths,
-        "Theory",
-        "Final pose",
-        "Land",
-        "Obstacle",
-        "Arena",
-        "Collision",
-    )
-    legend_above(axes, names)
+    legend_above(axes, ("Start", *paths, *NAMED))
     return axes
 
 
@@ -76,9 +78,9 @@ def draw_ground(axes, run):
     return low, high, moving
 
 
-def trajectories_height(run, prediction=None, page=WIDTH):
+def trajectories_height(run, prediction=None, page=WIDTH, others=()):
     """Return the height [in] at which a figure of width ``page`` [in] shows the plane without waste."""
-    low, high = _extent(run, prediction)
+    low, high = _extent(run, prediction, others)
     width, height = (high - low) + 2.0 * MARGIN * np.max(high - low)
     bounds = np.array(TRAJECTORIES_HEIGHT) * max(0.62, page / WIDTH)
     return float(np.clip((page - 0.7) * height / width + 0.8, *bounds))
@@ -228,9 +230,10 @@ def _frame_plane(axes, low, high):
     axes.set_ylabel("$y$ [m]")
 
 
-def _extent(run, prediction):
+def _extent(run, prediction, others=()):
     """Return the lowest and highest (x, y) [m] of all that is drawn in the plane."""
     shown = [points_of(run, prediction), *_arena(run)]
+    shown += [points_of(other, None) for other in others]
     if prediction is not None:
         shown.append(predicted_of(run, prediction)[1][:, :, :2])
     columns = [[part[..., axis] for part in shown] for axis in (0, 1)]

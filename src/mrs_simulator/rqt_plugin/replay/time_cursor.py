@@ -26,8 +26,8 @@ class TimeCursor(QObject):
 
     @property
     def span(self):
-        """Return the times [s] of the first and the newest sample, None before there are two."""
-        time = self._history.time
+        """Return the times [s] at which the run begins and of the newest sample, None before there are two."""
+        time = self._history.time[self._history.first_row() :]
         return (float(time[0]), float(time[-1])) if len(time) > 1 else None
 
     @property
@@ -52,7 +52,8 @@ class TimeCursor(QObject):
     def step(self, samples):
         """Show the sample so many ``samples`` later, or earlier."""
         if self.span is not None:
-            row = min(max(0, self.row + samples), len(self._history.time) - 1)
+            first, last = self._history.first_row(), len(self._history.time) - 1
+            row = min(max(first, self.row + samples), last)
             self.play(False)
             self._set(float(self._history.time[row]))
 

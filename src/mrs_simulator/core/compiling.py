@@ -126,15 +126,15 @@ def _pays(saved, what):
 _asked = {}  # by function: how often this process could have used what it returns
 
 
-def same_bits(compiled, worth=WORTH):
+def same_bits(compiled, worth=WORTH, size=1):
     """Return ``compiled()``, whose results are numpy's to the bit, where it pays, else None.
 
-    As the environment says, else after ``worth`` calls in this process, in which numpy has taken about as
-    long as numba takes to load.
+    As the environment says, else after calls in this process whose sizes add up to ``worth``, when numpy
+    has taken about as long as numba takes to load.
     """
     if is_chosen():
         return compiled() if is_wanted() else None
-    asked = _asked[compiled] = _asked.get(compiled, 0) + 1
+    asked = _asked[compiled] = _asked.get(compiled, 0) + size
     return _available(compiled) if asked > worth else None
 
 

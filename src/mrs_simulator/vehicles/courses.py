@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.neighbours import lengths
+from mrs_simulator.vehicles.compiled_courses import compiled_courses
 
 BRAKING = 12  # [-] instants at which a braking robot is looked at
 HOLDING = 2  # [-] the same under a command that is held
@@ -20,6 +22,7 @@ CONSTANTS = (
 )
 PLANAR = ("linear.x", "linear.y", "angular.z")
 LEAST = 1e-9  # [s] of an interval
+WORTH = 4000  # [-] calls of 0.1 ms that take as long as numba takes to load
 
 
 class Course(NamedTuple):
@@ -38,6 +41,9 @@ class Courses:
     def __init__(self, team):
         self.team = getattr(team, "bases", team)
         self.dimension = team.dimension  # d, of places
+        drive = self.team.groups[0].drive
+        plain = drive.RAMPS and not drive.JOINTS and drive.MEDIUM != "air" and team.dimension == 2
+        self._ramps_alone = plain and len(self.team.groups) == 1 and set(drive.AXES) <= set(PLANAR)
 
     def at_rest(self, pose, heights):
         """Return the inner states of robots at rest at ``pose`` (n, 3) and ``heights`` (n,) [m]."""
@@ -78,6 +84,10 @@ class Courses:
 
         ``command`` (n, a) is held for ``hold`` [s]; then they brake.
         """
+        if self._ramps_alone:
+            loops = same_bits(compiled_courses, WORTH, 2 + len(pose) // 50)
+            if loops is not None:
+                return _looped(loops, self.team.groups[0], inner[0], pose, command, hold)
         first, brakes = _instants(hold)
         held = [self._phase(g, own, g.of(command), first) for g, own in self._each(inner)]
         longest = max(
@@ -177,6 +187,38 @@ def ramps(inner, target, rates, times, steps):
     return after, _differences(way) / steps[:, np.newaxis, np.newaxis]
 
 
+def _looped(loops, group, inner, pose, command, hold):
+    """Return the :class:`Course` of a team of one group that ramps in the plane, by ``Loops``."""
+    drive, (first, brakes), columns = group.drive, _instants(hold), _columns(group.drive.AXES)
+    rates = drive.rates(group.limits, group.numbers)
+    rates = np.ascontiguousarray(np.broadcast_to(rates, inner.shape))
+
+    def target(command, inner):
+        return np.ascontiguousarray(drive.target(command, inner, group.limits, group.numbers))
+
+    count, (m, a), inner = len(first) + len(brakes), inner.shape, np.ascontiguousarray(inner)
+    mean, ends = np.empty((count, m, 3)), np.zeros((count + 1, m, 3))
+    ends[0, :, columns] = inner.T
+    given = target(command, inner), rates, first, columns
+    held = loops.ramp(inner, *given, mean[:HOLDING], ends[1 : HOLDING + 1])
+    still = target(np.zeros((m, a)), held)
+    then = max(loops.longest(held, still, rates), LEAST) * brakes
+    loops.ramp(held, still, rates, then, columns, mean[HOLDING:], ends[HOLDING + 1 :])
+    time = np.concatenate([[0.0], first, hold + then])
+    steps = time[1:] - time[:-1]
+    angles = loops.turn(mean, np.ascontiguousarray(pose[:, 2]), steps)
+    turned = np.stack([*cos_sin(angles[1]), np.sin(angles[2])])
+    start = np.ascontiguousarray(pose[:, :2])
+    place, aside, speed = loops.roll(mean, ends, steps, angles, turned, start, HOLDING)
+    aside[-1] += _left(group, ends[-1])
+    return Course(time, place, aside, speed)
+
+
+@functools.lru_cache(maxsize=8)
+def _columns(axes):
+    return np.array([PLANAR.index(axis) for axis in axes])
+
+
 def _phase_in_the_air(group, inner, command, times):
     """As ``Courses._phase``, of robots that fly: velocities are those of the common frame."""
     drive, mean, before = group.drive, [], 0.0
@@ -205,8 +247,7 @@ def _rolled(mean, ends, heading, steps):
     chord[:, :, 0] = shrink * (cos * mean[:, :, 0] - sin * mean[:, :, 1])
     chord[:, :, 1] = shrink * (sin * mean[:, :, 0] + cos * mean[:, :, 1])
     change = np.abs(ends[1:] - ends[:-1])
-    slower = np.hypot(change[:, :, 0], change[:, :, 1])
-    speed = np.hypot(ends[:, :, 0], ends[:, :, 1])
+    slower, speed = lengths(change[:, :, :2]), lengths(ends[:, :, :2])
     fastest = np.maximum(speed[1:], speed[:-1])
     bend = 0.25 * steps * (slower + fastest * np.abs(turn))
     # Chords take velocity and heading by their means.

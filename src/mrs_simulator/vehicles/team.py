@@ -322,7 +322,7 @@ class Team(Constant):
         leads = np.empty(self.n)
         for g in self.groups:
             leads[g.rows] = g.drive.lead(l, g.numbers)
-        return shared(leads.tolist())
+        return leads if (leads != leads[0]).any() else float(leads[0])
 
     def pointing(self, pose, joints):
         """Return cosine and sine of the headings in which the points' arms lie, (..., n)."""

@@ -20,7 +20,8 @@ class Bounds(NamedTuple):
     def least(self, n):
         """Return the least gap of each of n robots, (n,) [m]; inf for those without bounds."""
         least = np.full(n, np.inf)
-        np.minimum.at(least, self.robot, self.gap)
+        if len(self.gap):
+            np.minimum.at(least, self.robot, self.gap)
         return least
 
 

@@ -10,8 +10,8 @@ last passed command.
 import numpy as np
 
 from mrs_simulator.control.safety.distances import squash
-from mrs_simulator.control.safety.nearest_velocities import Brakes
-from mrs_simulator.core.neighbours import close_pairs, least_distances, lengths
+from mrs_simulator.control.safety.nearest_velocities import Brakes, filter_loops, pairs_within
+from mrs_simulator.core.neighbours import least_distances, lengths
 from mrs_simulator.vehicles.courses import Courses
 
 LATE = 1.0  # [-] periods by which commands may come late
@@ -115,7 +115,9 @@ class WayOut:
         """Return rows of pairs that may meet, two of (p,), and who may meet an obstacle, (n,) bool."""
         seen = place if self._squash is None else place * self._squash
         reach = self._radii + ways
-        first, second = close_pairs(seen, 2.0 * float(reach.max()) + EXACT)
+        first, second = pairs_within(
+            filter_loops(len(self._radii)), seen, 2.0 * float(reach.max()) + EXACT
+        )
         apart = lengths(seen[first] - seen[second])
         near = apart < reach[first] + reach[second]
         if gap is None or (gap < ways).any():
@@ -152,6 +154,9 @@ class WayOut:
     def _meet(self, course, free, first, second):
         """Return which pairs may touch, (p,) bool."""
         place = course.place if self._squash is None else course.place * self._squash
+        loops = filter_loops(len(self._radii))
+        if loops is not None and place.shape[2] == 2:
+            return loops.meet(np.ascontiguousarray(place), self._radii + free, first, second)
         least = least_distances(place[:, first] - place[:, second])
         room = self._radii + free
         return (least < room[:, first] + room[:, second]).any(axis=0)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from mrs_simulator.core.neighbours import lengths
+
 MOVES = 0.02  # [m/s] from which on a robot is wanted to move
 HELD = 0.2  # [-] of the wanted speed below which it is held
 PATIENCE = 3.0  # [s] for which it is held before that counts as a deadlock
@@ -23,7 +25,7 @@ class DeadlockDetector:
         """
         begun = np.flatnonzero(self._since > time)
         self._since[begun] = np.nan  # time went back: another run
-        asked, done = np.linalg.norm(wanted, axis=1), np.linalg.norm(velocity, axis=1)
+        asked, done = lengths(wanted), lengths(velocity)
         still = (asked >= MOVES) & (done < HELD * asked)
         if not still.any():
             self._since[:] = np.nan

@@ -3,12 +3,15 @@
 Nothing: no other robot, and where a scenario says so no obstacle and no border of an arena.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.safety import compiled_filter
 from mrs_simulator.control.safety.bounds import NO_BOUNDS
-from mrs_simulator.core.neighbours import all_pairs, close_pairs, lengths
+from mrs_simulator.core.compiling import same_bits
+from mrs_simulator.core.neighbours import DENSE, all_pairs, close_pairs, dot, squared
 
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
 FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
@@ -17,10 +20,12 @@ SWIRL = 0.8  # [rad] by which robots turn aside at most, before others straight 
 LITTLE = 0.15  # [rad] the same upwards, and before what may have no way round, such as a border
 HEEDS = 3.0  # [-] kept distances within which robots turn aside
 STEPS = 12  # [-] most steps of the solver by Newton's method
+FIRST = 20  # [-] steps by gradients before Newton's method begins anew
 SWEEPS = 400  # [-] most steps of the solver by gradients
-FEW = 100  # [-] active constraints up to which the equations' matrix is made: its products are cheap then
 RESIDUAL = 1e-12  # [-] that is left of linear equations
+NONE = np.empty(0)  # what the compiled loops take for nothing
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
+WORTH = 40000  # [-] robots of all calls that take as long as numba takes to load
 LEAST = 5e-11  # [m/s] beyond its limit a constraint asks for no solution: less than any tolerance
 
 
@@ -37,10 +42,10 @@ def margins(points, distance, squash=None, within=np.inf):
 def _margins(seen, distance, within):
     """Return ``margins`` of the places ``seen`` (n, d), the pairs' differences of place, (m, d), and their
     ``distance``, (m,) or a number."""
-    first, second = all_pairs(len(seen)) if within == np.inf else close_pairs(seen, within)
+    first, second = pairs_within(None, seen, within)
     apart = seen.take(first, axis=0) - seen.take(second, axis=0)
     needed = of_pairs(distance, first, second)
-    return np.einsum("ij,ij->i", apart, apart) - needed * needed, first, second, apart, needed
+    return squared(apart) - needed * needed, first, second, apart, needed
 
 
 def of_pairs(distance, first, second):
@@ -82,11 +87,11 @@ def safe_velocities(
     """
     wanted = np.asarray(wanted, dtype=float)
     terms = points, distance, period, gamma, squash, brakes
-    fastest = 2.0 * float(lengths(wanted).max(initial=0.0))
+    fastest = 2.0 * float(_lengths(wanted).max(initial=0.0))
     # Where something comes nearer, robots may have to be faster than anybody wanted to be.
     within = np.inf if bounds.comes.any() else _most_distant(fastest, *terms[1:])
     velocity = _among(wanted, terms, within, swirl, bounds, speed)
-    if within < np.inf and lengths(velocity).max() > fastest:
+    if within < np.inf and _lengths(velocity).max() > fastest:
         return _among(wanted, terms, np.inf, swirl, bounds, speed)
     return velocity
 
@@ -94,37 +99,88 @@ def safe_velocities(
 def _among(wanted, terms, within, swirl, bounds, speed):
     """Return ``safe_velocities``, pairs that are ``within`` [m] or farther apart left out."""
     points, distance, period, _, squash, _ = terms
-    pairs = _pair_rows(*terms, within)
+    loops = filter_loops(len(wanted))
+    pairs = _pair_rows(*terms, within) if loops is None else _looped_rows(loops, *terms, within)
     rows = _joined(pairs, bounds, period)
-    # At first only pairs matter that could violate their constraint by heading straight for each other.
-    size = lengths(wanted)
-    near = rows.reach(size) >= rows.limit
+    seen = points if squash is None else points * squash
+    if loops is None:
+        # At first only pairs matter that could violate their constraint by heading straight for each other.
+        near = rows.reach(_lengths(wanted)) >= rows.limit
+        share = _beside(wanted, seen, distance, near, pairs, bounds) if near.any() else None
+    else:
+        near, share = _looped_shares(loops, wanted, seen, distance, rows, bounds)
     if not near.any():
         return capped(wanted, speed)
-    seen = points if squash is None else points * squash
-    wanted = _turned_aside(wanted, _beside(wanted, seen, distance, near, pairs, bounds), swirl)
+    wanted = _turned_aside(wanted, share, swirl)
+    solution = _solution if loops is None else functools.partial(_looped_solution, loops)
+    velocity, pressure = solution(wanted, rows, near, speed)
+    if bounds.comes.any():
+        return velocity * _feasible_shares(velocity, rows, pressure)
+    share = _feasible_share if loops is None else loops.feasible_share
+    return velocity * share(pressure, rows.limit)
+
+
+def _solution(wanted, rows, near, speed):
+    """Return the velocities (n, d) nearest to ``wanted`` under the rows that are ``near``, or that those
+    velocities would break, and what they make of all rows, (m,)."""
     velocity, pressure = wanted, rows.pressure(wanted)
     if (near & (pressure > rows.limit + LEAST)).any() or _is_beyond(speed, wanted):
-        velocity, pressure = _solution(wanted, rows, near, speed)
+        velocity = _nearest(wanted, rows.part(near), speed)
+        pressure = rows.pressure(velocity)
     while True:
         # A robot that is pushed aside may be pushed towards one that it did not head for.
         pushed = ~near & (pressure > rows.limit)
         if not pushed.any():
-            return velocity * _feasible_shares(velocity, rows, pressure, bounds.comes.any())
-        near |= pushed
-        velocity, pressure = _solution(wanted, rows, near, speed)
+            return velocity, pressure
+        near = near | pushed
+        velocity = _nearest(wanted, rows.part(near), speed)
+        pressure = rows.pressure(velocity)
 
 
-def _solution(wanted, rows, near, speed):
-    """Return the velocities (n, d) nearest to ``wanted`` under the rows that are ``near``, and what they
-    make of all rows, (m,)."""
-    velocity = _nearest(wanted, rows.part(near), speed)
-    return velocity, rows.pressure(velocity)
+def filter_loops(n):
+    """Return the ``compiled_filter.Loops`` where they pay in a call for n robots, else None."""
+    return same_bits(compiled_filter.compiled_loops, WORTH, n)
+
+
+def pairs_within(loops, seen, within):
+    """Return the rows of all pairs of places closer than ``within`` [m], (m,) and (m,), i < j.
+
+    By the ``loops``, None for none, where all pairs are compared.
+    """
+    if loops is not None and (len(seen) <= DENSE or within == np.inf):
+        return loops.near_pairs(np.ascontiguousarray(seen), within * within)
+    return all_pairs(len(seen)) if within == np.inf else close_pairs(seen, within)
+
+
+def _looped_rows(loops, points, distance, period, gamma, squash, brakes, within):
+    """As ``_pair_rows``, by ``compiled_filter.Loops``."""
+    points = np.ascontiguousarray(points)
+    seen = points if squash is None else points * squash
+    first, second = pairs_within(loops, seen, within)
+    squash = NONE if squash is None else squash
+    slowness, late = (NONE, NONE) if brakes is None else brakes
+    given, terms = (first, second, np.atleast_2d(distance)), (float(period), float(gamma))
+    rows, limit = loops.pair_rows(seen, points, squash, *given, terms, slowness, late)
+    return Rows(first, second, -rows, rows, limit)
+
+
+def _looped_shares(loops, wanted, seen, distance, rows, bounds):
+    """Return which ``rows`` may matter, (m,) bool, and what ``_beside`` does, by the ``loops``."""
+    given = np.ascontiguousarray(wanted), np.ascontiguousarray(seen), np.atleast_2d(distance)
+    around = np.ascontiguousarray(bounds.way_out), bounds.gap, bounds.turns
+    return loops.heeded(*given, rows.first, rows.second, rows.limit, HEEDS, around, LITTLE / SWIRL)
+
+
+def _looped_solution(loops, wanted, rows, near, speed):
+    """As ``_solution``, by the ``loops``."""
+    accuracy = LEAST, TOLERANCE, RESIDUAL, STEPS, (FIRST, SWEEPS)
+    speed = NONE if speed is None else speed
+    return loops.solve(np.ascontiguousarray(wanted), *rows, near, speed, accuracy)
 
 
 def _is_beyond(speed, velocity):
     """Return whether any of ``velocity`` (n, d) is beyond the caps ``speed`` (n,) [m/s], None for none."""
-    return speed is not None and bool((lengths(velocity) > speed).any())
+    return speed is not None and bool((_lengths(velocity) > speed).any())
 
 
 def filter_acts(
@@ -145,7 +201,7 @@ def filter_acts(
     pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
     points = points if squash is None else points * squash
     rows = _joined(pairs, bounds, period)
-    size = lengths(velocity)
+    size = _lengths(velocity)
     if speed is not None and np.any(size >= 0.99 * speed):
         return True
     near = rows.reach(size) >= rows.limit
@@ -168,10 +224,10 @@ class Rows(NamedTuple):
         pairs = len(self.limit) - self.alone
         first, second = self.first[:pairs], self.second[:pairs]
         # Of a pair a_i = -a_j.
-        used = np.einsum("ij,ij->i", self.of_second[:pairs], velocity[second] - velocity[first])
+        used = dot(self.of_second[:pairs], velocity[second] - velocity[first])
         if not self.alone:
             return used
-        own = np.einsum("ij,ij->i", self.of_first[pairs:], velocity[self.first[pairs:]])
+        own = dot(self.of_first[pairs:], velocity[self.first[pairs:]])
         return np.concatenate([used, own])
 
     def reach(self, size):
@@ -213,10 +269,11 @@ def _most_distant(speed, distance, period, gamma, squash, brakes):
         return np.inf
     most = np.sqrt(2.0) * speed
     closing = np.sqrt(2.0) * most
-    least, largest = float(np.min(distance)), float(np.max(distance))
     if np.ndim(distance):
         off = ~np.eye(len(distance), dtype=bool)
-        least = float(distance[off].min())
+        least, largest = float(distance[off].min()), float(distance.max())
+    else:
+        least = largest = float(distance)
     gap = closing * brakes.late.max() + 0.25 * closing * closing * brakes.slowness.max()
     # (x^2 - 1)^3/x is above (x^2 - 1)^2.5/sqrt(2) from x^2 = 2 on.
     wide = np.sqrt(1.0 + max(1.0, (4.0 * most / (gamma * least)) ** 0.4))
@@ -230,16 +287,17 @@ def _pair_rows(points, distance, period, gamma, squash=None, brakes=None, within
     if squash is not None:
         apart = (points[first] - points[second]) * squash**2
     # Each row divided by its length.
-    far = np.maximum(lengths(apart), 1e-9)
+    far = np.maximum(_lengths(apart), 1e-9)
     size = 2.0 * np.sqrt(2.0) * far
     rows = 2.0 * apart / size[:, np.newaxis]
     if brakes is None:
-        most = gamma * margin**3
+        most = gamma * (margin * margin * margin)
     else:
         gap = np.sqrt(np.maximum(margin + needed * needed, 0.0)) - needed
         most = 2.0 * far * brakes.closing(gap, first, second)
         # In units of the robots' size, so that the solution scales with it.
-        most = np.minimum(most, gamma * margin**3 / needed**4)
+        square = needed * needed
+        most = np.minimum(most, gamma * (margin * margin * margin) / (square * square))
     limit = np.minimum(most, margin / period) / size
     return Rows(first, second, -rows, rows, limit)
 
@@ -268,18 +326,18 @@ def _beside(wanted, points, distance, near, pairs, bounds):
     """
     share, met = np.zeros(len(points)), np.flatnonzero(near[: len(pairs.first)])
     first, second = pairs.first.take(met), pairs.second.take(met)
-    size = np.maximum(lengths(wanted), 1e-300)
+    size = np.maximum(_lengths(wanted), 1e-300)
     apart = points.take(first, axis=0) - points.take(second, axis=0)
-    gap = np.maximum(lengths(apart), 1e-9)
+    gap = np.maximum(_lengths(apart), 1e-9)
     close = (HEEDS - gap / of_pairs(distance, first, second)) / (HEEDS - 1.0)
     heeds = np.flatnonzero(close > 0.0)
     first, second, apart = first.take(heeds), second.take(heeds), apart.take(heeds, axis=0)
     close = np.minimum(close.take(heeds), 1.0) / gap.take(heeds)
     for rows, way in ((first, -apart), (second, apart)):
-        ahead = np.einsum("ij,ij->i", way, wanted.take(rows, axis=0)) / size.take(rows)
+        ahead = dot(way, wanted.take(rows, axis=0)) / size.take(rows)
         np.maximum.at(share, rows, close * ahead)
     if len(bounds.gap):
-        ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
+        ahead = dot(bounds.way_out, wanted[bounds.robot]) < 0.0
         turned = bounds.robot[near[len(pairs.first) :] & ahead & (bounds.gap < bounds.turns)]
         share[turned] = np.maximum(share[turned], LITTLE / SWIRL)
     return share
@@ -305,12 +363,13 @@ def capped(velocity, speed):
     """Return ``velocity`` (n, d) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
     if speed is None:
         return velocity
-    size = lengths(velocity)
+    size = _lengths(velocity)
     return velocity * np.minimum(1.0, speed / np.maximum(size, 1e-300))[:, np.newaxis]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # where Newton's method leads astray
 def _nearest(wanted, rows, speed=None):
-    """Solve the quadratic programme in its dual: by Newton's method, else by projected gradients."""
+    """Solve the quadratic programme in its dual: by Newton's method, else from where gradients lead."""
     dual = _Dual(wanted, rows)
     scale = max(1e-3, float(np.abs(rows.limit).max()), float(np.abs(wanted).max()))
     force = _by_newton(dual, np.zeros(len(rows.limit)), TOLERANCE * scale)
@@ -319,7 +378,7 @@ def _nearest(wanted, rows, speed=None):
         if force is not None and dual.is_capped(dual.free(force)):
             force = _by_newton(dual, force, TOLERANCE * scale)
     if force is None:
-        force = _by_gradients(dual, rows, TOLERANCE * scale)
+        force = _by_both(dual, rows, TOLERANCE * scale)
     return dual.pushed(dual.free(force)).reshape(wanted.shape)
 
 
@@ -340,7 +399,7 @@ class _Dual:
 
     def is_capped(self, free):
         """Return whether caps change any of the velocities ``free`` (n d,)."""
-        return bool((lengths(free.reshape(self.n, -1)) > self._speed).any())
+        return bool((_lengths(free.reshape(self.n, -1)) > self._speed).any())
 
     def free(self, force):
         """Return ``u - A^T lambda``, (n d,)."""
@@ -361,37 +420,30 @@ class _Dual:
         """Return how changes (k,) of the forces of ``rows`` (k,) lower their excess (k,), as a function."""
         place, share = self._place.take(rows, axis=1), self._share.take(rows, axis=1)
         turned = self._slope_of_caps(free)
-        if len(rows) > FEW:
-            places = place.ravel()
+        places = place.ravel()
 
-            def fallen(change):
-                pushes = np.bincount(places, (share * change).ravel(), len(free))
-                return (share * turned(pushes).take(place)).sum(axis=0)
+        def fallen(change):
+            pushes = np.bincount(places, (share * change).ravel(), len(free))
+            return (share * turned(pushes).take(place)).sum(axis=0)
 
-            return fallen
-        d, dense = len(place) // 2, np.zeros((len(rows), len(free)))
-        at = np.arange(len(rows))
-        # The second first: of constraints of one robot it is the same robot, with nothing.
-        dense[at, place[d:]] = share[d:]
-        dense[at, place[:d]] = share[:d]
-        return (dense @ turned(dense).T).dot
+        return fallen
 
     def _slope_of_caps(self, free):
-        """Return a function of changes (..., n d) of velocities ``free``: those within the caps.
+        """Return a function of changes (n d,) of velocities ``free``: those within the caps.
 
         On its cap a velocity only turns.
         """
         if self._speed is None:
             return lambda change: change
         free = free.reshape(self.n, -1)
-        size = np.maximum(lengths(free), 1e-300)
+        size = np.maximum(_lengths(free), 1e-300)
         factor = np.minimum(1.0, self._speed / size)[:, np.newaxis]
         ahead = np.where(factor < 1.0, free / size[:, np.newaxis], 0.0)
 
         def turned(change):
-            own = change.reshape(change.shape[:-1] + free.shape)
-            along = (own * ahead).sum(axis=-1, keepdims=True)
-            return (factor * (own - along * ahead)).reshape(change.shape)
+            own = change.reshape(free.shape)
+            along = dot(own, ahead)[:, np.newaxis]
+            return (factor * (own - along * ahead)).ravel()
 
         return turned
 
@@ -422,28 +474,55 @@ def _by_newton(dual, force, tolerance):
     return None
 
 
+def _summed(values):
+    """Return the sum of ``values`` (k,), one after the other, as the compiled loops add."""
+    return values.cumsum()[-1]
+
+
+def _lengths(a):
+    """Return the lengths (m,) of vectors a (m, d), of squares added one after the other."""
+    return np.sqrt(squared(a))
+
+
 def _solved(matrix, right):
     """Return x (k,) with ``matrix(x) = right``, linear and semi-definite, by conjugate gradients.
 
     They need no LAPACK, whose threads cost more than so few rows.
     """
     x, left = np.zeros(len(right)), right
-    along, size = left, left.dot(left)
+    along, size = left, _summed(left * left)
     least = RESIDUAL * RESIDUAL * size
     for _ in range(2 * len(right)):
         moved = matrix(along)
-        curved = along.dot(moved)
+        curved = _summed(along * moved)
         if size <= least or curved <= 0.0:
             break
         x = x + size / curved * along
         left = left - size / curved * moved
-        before, size = size, left.dot(left)
+        before, size = size, _summed(left * left)
         along = left + size / before * along
     return x
 
 
-def _by_gradients(dual, rows, tolerance):
-    """Return the forces (m,) after accelerated projected gradients.
+def _by_both(dual, rows, tolerance):
+    """Return the forces (m,) by Newton's method from where gradients lead, or those of gradients alone.
+
+    In a crowd more pairs touch than hold, and it goes from one choice of these to the next in circles: from
+    near the solution it goes there.
+    """
+    force, step, spent, done = np.zeros(len(rows.limit)), _gains(rows, dual.n), 0, False
+    while spent < SWEEPS and not done:
+        more = min(max(spent, FIRST), SWEEPS - spent)
+        force, done = _by_gradients(dual, force, step, more, tolerance)
+        spent += more
+        found = _by_newton(dual, force, tolerance)
+        if found is not None:
+            return found
+    return force
+
+
+def _gains(rows, n):
+    """Return the steps (m,) of projected gradients.
 
     A force pushes each pair apart; its step is 1 over the sum of what all forces do to its pair: 1
     itself, and at most half for each other pair of one of the two robots.  With constraints of single
@@ -452,37 +531,37 @@ def _by_gradients(dual, rows, tolerance):
     first, second = rows[:2]
     if rows.alone:
         pairs = len(first) - rows.alone
-        counts = np.bincount(np.concatenate([first, second[:pairs]]), minlength=dual.n)
-        step = 1.0 / (counts[first] + np.where(first == second, 0, counts[second] - 1))
-    else:
-        pairs = np.bincount(np.concatenate([first, second]), minlength=dual.n)
-        step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
-    force = ahead = np.zeros(len(rows.limit))
-    momentum = 1.0
-    for _ in range(SWEEPS):
+        counts = np.bincount(np.concatenate([first, second[:pairs]]), minlength=n)
+        return 1.0 / (counts[first] + np.where(first == second, 0, counts[second] - 1))
+    pairs = np.bincount(np.concatenate([first, second]), minlength=n)
+    return 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
+
+
+def _by_gradients(dual, force, step, sweeps, tolerance):
+    """Return forces (m,) after accelerated projected gradients from ``force``, and whether they rest."""
+    ahead, momentum = force, 1.0
+    for _ in range(sweeps):
         excess = dual.excess(dual.free(ahead))
         new = np.maximum(0.0, ahead + step * excess)
         change = new - force
         following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
-        if np.dot(change, excess) < 0.0:
+        if _summed(change * excess) < 0.0:
             following = momentum = 1.0  # start the acceleration anew where it leads astray
         ahead = new + (momentum - 1.0) / following * change
         force, momentum = new, following
         if (np.abs(change) < tolerance).all():
-            break
-    return force
+            return force, True
+    return force, False
 
 
-def _feasible_shares(velocity, rows, pressure, apart):
-    """Return the largest factors up to 1 by which robots may move: standing still is always allowed.
+def _feasible_shares(velocity, rows, pressure):
+    """Return the largest factors (n, 1) up to 1 by which robots may move, where something comes closer.
 
-    One number for all, or where ``apart`` (n, 1), one for each set of robots that ``rows`` join at this
-    ``velocity`` (n, d): a robot that can avoid a moving obstacle need not stop with one that cannot.
-    Obstacles that come closer even to robots at rest are left out.
+    One for each set of robots that ``rows`` join at this ``velocity`` (n, d): a robot that can avoid a
+    moving obstacle need not stop with one that cannot.  Obstacles that come closer even to robots at rest
+    are left out.
     """
-    if not apart:
-        return _feasible_share(pressure, rows.limit)
-    joins = rows.reach(lengths(velocity)) >= rows.limit
+    joins = rows.reach(_lengths(velocity)) >= rows.limit
     sets, first, second = np.arange(len(velocity)), rows.first[joins], rows.second[joins]
     while (sets[first] != sets[second]).any():
         least = np.minimum(sets[first], sets[second])
@@ -497,7 +576,7 @@ def _feasible_shares(velocity, rows, pressure, apart):
 
 
 def _feasible_share(pressure, limit):
-    """Return the largest factor up to 1 by which all may move."""
+    """Return the largest factor up to 1 by which all may move: standing still is always allowed."""
     over = pressure > np.maximum(limit, 0.0)
     if not over.any():
         return 1.0

@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 
+from mrs_simulator.control.safety.bounds import NO_BOUNDS
 from mrs_simulator.control.safety.braking_certificate import WayOut
 from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
 from mrs_simulator.control.safety.distances import squash, sums_of_pairs, tracking_errors
@@ -168,6 +169,8 @@ class SafetyFilter:
 
         ``time`` [s] since the law began, by default now, gives where obstacles on tracks are.
         """
+        if not (self._around.obstacles or self._around.arena):
+            return NO_BOUNDS
         time = self.scene_time(self._control.time if time is None else time)
         return self._around.bounds(points, self._reach, time, self._control.period)
 

@@ -1,0 +1,125 @@
+"""The safety filter by compiled loops: the same bits as by numpy."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl
+from mrs_simulator.control.safety import compiled_filter, nearest_velocities
+from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.nearest_velocities import Brakes, safe_velocities
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.vehicles import compiled_courses, courses
+
+PERIOD = 0.05
+
+
+def choose(monkeypatch, compiled, filter_loops, course_loops):
+    """Let the filter and courses be computed by these loops if ``compiled``, else by numpy."""
+    for module, loops in ((nearest_velocities, filter_loops), (courses, course_loops)):
+        chosen = loops if compiled else None
+        monkeypatch.setattr(module, "same_bits", lambda *_, chosen=chosen: chosen)
+
+
+def crowd(n, seed, dimension):
+    """Return velocities, points and distances of n robots of two sizes in a place that they fill."""
+    draw = np.random.default_rng(seed)
+    side = int(np.ceil(np.sqrt(n)))
+    points = np.zeros((n, dimension))
+    points[:, :2] = 1.2 * np.stack([np.arange(n) // side, np.arange(n) % side], axis=1)
+    points = points + draw.uniform(-0.3, 0.3, points.shape)
+    reach = np.where(np.arange(n) % 2, 0.3, 0.5)
+    return draw.uniform(-0.4, 0.4, points.shape), points, reach[:, np.newaxis] + reach
+
+
+CASES = {
+    "plain": (2, {}),
+    "brakes": (2, {"brakes": Brakes(np.full(9, 3.0), np.full(9, 0.3))}),
+    "caps": (2, {"speed": np.full(9, 0.3)}),
+    "in space": (3, {"squash": np.array([1.0, 1.0, 0.4]), "speed": np.full(9, 0.3)}),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("walls", [False, True])
+def test_the_loops_give_the_same_bits(name, walls, monkeypatch):
+    (dimension, more), solved = CASES[name], 0
+    for seed in range(6):
+        wanted, points, distance = crowd(9, seed, dimension)
+        arena = Surroundings(arena=(-0.6, -0.6, 3.0, 3.0)) if walls else Surroundings()
+        given = {"bounds": arena.bounds(points, np.full(9, 0.5)), **more}
+        found = []
+        for loops in (None, compiled_filter.plain_loops()):
+            monkeypatch.setattr(nearest_velocities, "same_bits", lambda *_, loops=loops: loops)
+            found.append(safe_velocities(wanted, points, distance, PERIOD, **given))
+        assert found[0].tobytes() == found[1].tobytes(), seed
+        solved += not np.array_equal(found[0], wanted)
+    assert solved
+
+
+def ring(model, n):
+    """Return the scenario of n robots that cross a ring, and their law."""
+    angle = 2.0 * np.pi * np.arange(n) / n
+    points = 0.25 * n * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    class Cross(PioneerControl):
+        def pointMassLaw(self, hand):
+            return -0.5 * (points + hand)
+
+    content = {"robots": n, "model": model, "duration": 8.0, "limits": "firmware"}
+    content["poses"] = np.column_stack([points, angle + np.pi]).tolist()
+    content["control"] = {"rate": 10.0, "safety": True}
+    return scenario_from_dict(content), Cross
+
+
+def run(scenario, law):
+    """Return the bytes of all poses and commands of a run."""
+    experiment, found = Experiment(scenario, law), []
+    try:
+        for _, pose, command in experiment.samples():
+            found.append(np.array(pose).tobytes() + np.array(command).tobytes())
+    finally:
+        experiment.world.close()
+    return found
+
+
+@pytest.mark.parametrize(
+    "model, n", [("pioneer3dx", 12), ("robotino3", 8), (["pioneer3dx", "robotino3"], 6)]
+)
+def test_whole_runs_have_the_same_bits(model, n, monkeypatch):
+    pytest.importorskip("numba")
+    scenario, law = ring(model * (n // 2) if isinstance(model, list) else [model] * n, n)
+    loops = compiled_filter.compiled_loops(), compiled_courses.compiled_courses()
+    found = []
+    for compiled in (False, True):
+        choose(monkeypatch, compiled, *loops)
+        found.append(run(scenario, law))
+    assert found[0] == found[1]
+
+
+def test_courses_have_the_same_bits_by_python(monkeypatch):
+    scenario, law = ring(["pioneer3dx"] * 4, 4)
+    scenario, found = scenario._replace(duration=2.0), []
+    for compiled in (False, True):
+        choose(
+            monkeypatch, compiled, compiled_filter.plain_loops(), compiled_courses.plain_courses()
+        )
+        found.append(run(scenario, law))
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("speed", [None, 0.3])
+def test_a_crowd_that_newtons_method_does_not_find_is_solved_as_exactly(speed, monkeypatch):
+    # All want the middle: more pairs touch than hold.
+    draw = np.random.default_rng(3)
+    points = draw.uniform(-2.2, 2.2, (26, 2))
+    rows = nearest_velocities._pair_rows(points, 0.5, PERIOD, 1.0)
+    wanted, caps = -points, None if speed is None else np.full(26, speed)
+    kept, begun = rows.part(rows.limit > 0.0), []
+    newton = nearest_velocities._by_newton
+    monkeypatch.setattr(
+        nearest_velocities, "_by_newton", lambda *a: begun.append(newton(*a)) or begun[-1]
+    )
+    velocity = nearest_velocities._nearest(wanted, kept, caps)
+    assert any(found is None for found in begun) and begun[-1] is not None
+    assert (kept.pressure(velocity) - kept.limit).max() < 1e-8

@@ -143,6 +143,27 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     assert "without ROS: real robots and bags need mrs_gui" in output
 
 
+def test_the_team_is_edited_after_a_run_and_the_next_one_begins_there(tmp_path):
+    code = """
+    gui.bar.set_speed(0)
+    table = gui.team._model
+    for x in (9.5, 8.5):
+        table.setData(table.index(0, 1), str(x))
+        click("run")
+        until(lambda: gui.study.state.is_over() and gui.verdict.verdict is not None)
+        until(lambda: gui.team._number.isEnabled() and gui.results.can_be_saved())
+        assert gui.team._locked.message == "" and gui.study.is_controlled()
+        print("began at", gui.history.pose[0, 0, 0])
+    gui.protocol._choose("consensus")  # robots that stand are not set going by a choice
+    until(lambda: not gui.study.is_controlled())
+    assert not gui.study.processes.is_running("control")
+    """
+    path = tmp_path / "four.yaml"
+    path.write_text(load_scenario(PAPER)._replace(duration=2.0).to_yaml())
+    output = in_window(code, path, tmp_path)
+    assert "began at 9.5" in output and "began at 8.5" in output
+
+
 def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_again(tmp_path):
     code = """
     gui.bar.set_speed(0)

@@ -252,6 +252,18 @@ def test_no_team_is_sent_to_robots_under_way():
     assert "stop the controller" in run.send_team() and run.connection.asked == []
 
 
+def test_a_team_is_sent_to_robots_of_a_run_that_is_over_once_their_controller_has_stopped():
+    runs = SimpleNamespace(**dict(vars(STANDS), running=True))
+    run = study(connection=Connection(control=runs))
+    run.state.is_over = lambda: True
+    assert run.state.team_locked() == "" and "press Reset" in run.state.poses_locked(4)
+    assert run.send_team() == "" and run.connection.asked == [("ask", "stop")]
+    run.take_result("stop", True, "stopped")
+    assert run.connection.asked[-1][0] == "set_team" and len(run.connection.asked) == 2
+    run.take_result("stop", True, "stopped")  # of the button Stop
+    assert len(run.connection.asked) == 2
+
+
 def test_a_team_edited_while_the_simulation_starts_is_sent_once_that_is_there(monkeypatch):
     monkeypatch.setattr(pending, "TEAM_REST", -1.0)
     connection, processes = Connection(), Processes(running=["stage"])

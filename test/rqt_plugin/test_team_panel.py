@@ -524,3 +524,11 @@ def test_robots_above_each_other_do_not_overlap(panel):
     assert panel.overlapping == set()
     panel._altitude.setValue(1.0)
     assert panel.overlapping == {1, 2}
+
+
+def test_a_team_that_is_locked_says_why_in_a_line_and_in_tooltips(panel):
+    panel.set_editable(False, "stop it: press End")
+    assert panel._locked.isVisible() and panel._locked.message == "Stop it: press End"
+    assert "Not now: stop it: press End" in panel._table.toolTip()
+    panel.set_editable(True)
+    assert not panel._locked.isVisible() and panel._table.toolTip() == ""

@@ -146,7 +146,7 @@ def test_run_starts_the_controller_of_the_team_as_edited(taken):
 
 def test_a_refused_team_is_not_the_one_that_the_simulation_has():
     study = MagicMock()
-    study.is_controlled.return_value = False
+    study.state.drives.return_value = False
     team = PendingTeam(study)
     assert team.is_taken()
     for success in (False, True):
@@ -156,7 +156,7 @@ def test_a_refused_team_is_not_the_one_that_the_simulation_has():
         assert not team.is_taken()
         team.answered(success)
         assert team.is_settled() and team.is_taken() == success
-    study.is_controlled.return_value = True  # then nothing is sent
+    study.state.drives.return_value = True  # then nothing is sent
     team.changed()
     team.send_now()
     assert team.is_settled() and not team.is_taken()

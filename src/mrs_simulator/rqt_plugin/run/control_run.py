@@ -121,7 +121,7 @@ class ControlRun:
         """Let a controller started here, if one runs, follow the scenario; return a message, or ""."""
         if not self._processes.is_running("control"):
             return ""
-        goes_on = self._state.is_controlled() and not self._state.real()
+        goes_on = self._state.drives() and not self._state.real()
         self.end()
         if goes_on:
             self.launch()

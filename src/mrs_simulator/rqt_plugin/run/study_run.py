@@ -36,7 +36,7 @@ class StudyRun:
         self.missed = MissedPeriods()
         self.shelf = Shelf()
         self.files = RunFiles(connection, processes, self.edited, self.missed, self.shelf)
-        self._resets = False  # once the controller has stopped
+        self._resets, self._sends = False, False  # once the controller has stopped
         self._actions = {
             "simulate": self.stage.simulate,
             WHOLE: functools.partial(self.stage.simulate, whole=True),
@@ -70,6 +70,9 @@ class StudyRun:
         if name == "stop" and self._resets:
             self._resets = False
             self.stage.reset()
+        if name == "stop" and self._sends:
+            self._sends = False
+            return self._put_team()
         if name == "preflight":
             return self.control.checked(success, answer)
         if success:
@@ -105,8 +108,14 @@ class StudyRun:
 
         Robots that are under way are not put elsewhere: for what was edited before they went.
         """
-        if self.is_controlled():
+        if self.state.drives():
             return ErrorMessage("the team is not sent: stop the controller to change it")
+        if self.is_controlled():  # of a run that is over
+            self._sends = True
+            return self.control.stop()
+        return self._put_team()
+
+    def _put_team(self):
         self.control.end_unfit()
         return self.stage.set_team()
 

@@ -22,6 +22,8 @@ class StudyState:
     def __init__(self, connection, processes, preflight):
         """``preflight``: the ``PreflightRun``."""
         self.connection, self.processes, self.preflight = connection, processes, preflight
+        # Whether the run in view is over and nothing moves, although its controller is still there.
+        self.is_over = lambda: False
 
     # State ---------------------------------------------------------------------------------------
 
@@ -29,6 +31,10 @@ class StudyState:
         """Return whether a controller runs and gives commands."""
         control = self.connection.newest("control")
         return self.connection.is_fresh("control") and control is not None and control.running
+
+    def drives(self):
+        """Return whether a controller gives commands in a run that is not over."""
+        return self.is_controlled() and not self.is_over()
 
     def has_control(self):
         """Return whether a controller takes edits: one that runs, stands or is about to start."""
@@ -228,8 +234,8 @@ class StudyState:
 
     def team_locked(self):
         """Return why the team cannot be changed now, or ""."""
-        if self.is_controlled():
-            return "stop the controller to change the team"
+        if self.drives():
+            return "stop the controller to change the team: press Reset, End, or Stop controller"
         if self.real_alone():
             return "real robots cannot be placed; a scenario can be opened"
         return ""
@@ -247,10 +253,10 @@ class StudyState:
 
     def obstacles_locked(self):
         """Return why obstacles cannot be changed now, or ""."""
-        if self.is_controlled():
-            return "stop the controller to change the obstacles"
+        if self.drives():
+            return "stop the controller to change the obstacles: press End"
         if self.connection.is_fresh("stage") or self.processes.is_running("stage"):
-            return "the simulation reads obstacles at its start: end it to change them"
+            return "the simulation reads obstacles at its start: end it to change them, by End"
         if self.started_elsewhere():
             return "the controller was started elsewhere with its own obstacles: end it first"
         return ""
@@ -262,6 +268,8 @@ class StudyState:
             return "{} robots run, the scenario has {}: attach to the simulation first".format(
                 running, n
             )
+        if self.is_controlled() and self.is_over():
+            return "the map shows where the run has ended: press Reset to drag robots, or type their poses"
         return self.team_locked()
 
 

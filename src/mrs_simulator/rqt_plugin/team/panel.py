@@ -56,6 +56,7 @@ class TeamPanel(QWidget):
         self._table = TeamTable(self._model)
         self._table.pasted.connect(self._on_pasted)
         self._message, self._overlaps = MessageLabel(), MessageLabel()
+        self._locked = MessageLabel("aside")  # why nothing can be changed
         self._layouts = LayoutBox(lambda: len(self.kinds()))
         self._layouts.chosen.connect(self._on_layout)
         self._layouts.refused.connect(self._refuse)
@@ -65,6 +66,7 @@ class TeamPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.addLayout(self._first_line)
         layout.addWidget(self._table, 1)
+        layout.addWidget(self._locked)
         layout.addWidget(self._message)
         layout.addWidget(self._overlaps)
         layout.addWidget(self._layouts)
@@ -231,12 +233,13 @@ class TeamPanel(QWidget):
     def set_editable(self, editable, why="", may_open=False):
         """Allow changes of the team or not; saving stays possible.
 
-        ``why`` not, in the tooltips; ``may_open``: another scenario may be opened all the same.
+        ``why`` not, in a line and the tooltips; ``may_open``: another scenario may be opened all the same.
         """
         self._table.set_editable(editable)
         self._open.setEnabled(editable or may_open)
         for widget in (self._number, self._kind, self._altitude, self._layouts):
             widget.setEnabled(editable)
+        self._locked.say("" if editable or not why else "{}{}".format(why[0].upper(), why[1:]))
         remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
         self._number.setToolTip(NUMBER_TIP + remark)
         self._layouts.setToolTip(remark)

@@ -12,12 +12,13 @@ class PastRun:
         """``opened``: the ``OpenedRun``, to which edits do not matter."""
         self._panels, self._study, self._history = panels, study, history
         self._opened = opened
+        study.state.is_over = self.is_over
         self._over, self._scenario = None, None  # which run is over, and what was edited by its end
         self.remark = ""  # what the status line adds to the time
 
     def follow(self):
         """Look whether the scenario was edited since the run was over."""
-        run = self._history.cleared if self._is_over() else None
+        run = self._history.cleared if self.is_over() else None
         if run != self._over:
             self._over, self._scenario = run, self._study.scenario
         may_be = run is not None and self._opened.run is None
@@ -26,7 +27,7 @@ class PastRun:
         self._panels.verdict.mark(self.remark)
         self._panels.curves.mark(self.remark)
 
-    def _is_over(self):
+    def is_over(self):
         """Return whether there is a run that has ended, and does not go on."""
         history, study = self._history, self._study
         if history.begun is None:

@@ -40,7 +40,7 @@ class PendingTeam:
             self._changed_at = self._changed_at if self._is_to_come() else None
             return ""
         self._changed_at = None
-        self._awaited = not self._study.is_controlled()
+        self._awaited = not self._study.state.drives()
         self._differs = not self._awaited
         return self._study.send_team()
 

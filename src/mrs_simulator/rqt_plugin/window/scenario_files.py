@@ -96,7 +96,9 @@ class ScenarioFiles:
     @guarded
     def open_unless_controlled(self, path):
         """Open the scenario file at ``path``, unless a controller runs."""
-        if self._study.is_controlled():  # since the dialog was opened
+        if (
+            self._study.is_controlled() and not self._study.state.is_over()
+        ):  # since the dialog was opened
             text = "not opened: stop the controller to open another scenario"
             self._panels.say(ErrorMessage(text))
         else:

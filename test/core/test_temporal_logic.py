@@ -22,9 +22,11 @@ from mrs_simulator.core.temporal_logic.formula import (
     Not,
     Or,
     Until,
+    ending,
 )
 from mrs_simulator.core.temporal_logic.robustness import Signal, evaluate
 from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
+from mrs_simulator.core.temporal_logic.windows import Windows
 
 TIME = np.arange(6.0)
 X = Signal([3.0, 1.0, -2.0, 0.5, 4.0, 2.0], "m")
@@ -213,3 +215,53 @@ def test_what_is_open_could_still_end_either_way():
             assert result.low - 1e-12 <= by_definition(formula, more, 0) <= result.high + 1e-12
         open_ones += result.holds is None
     assert open_ones > 10
+
+
+@pytest.mark.parametrize("even", [True, False])
+def test_a_formula_is_decided_at_the_first_sample_at_which_it_is(even):
+    """Of a run that goes on, cut there it holds or does not, and cut one sample before it is open."""
+    random, seen = np.random.default_rng(12), 0
+    for _ in range(400):
+        formula = random_formula(random, 2)
+        time = np.arange(24.0) if even else np.cumsum(random.uniform(0.3, 1.2, 24))
+        time = time - time[0]
+        values = {k: np.round(v, 1) for k, v in random_signals(random, 24).items()}
+
+        def until(samples, text=formula, time=time, values=values):
+            cut = {name: Signal(each[:samples]) for name, each in values.items()}
+            with contextlib.suppress(FormulaError):  # a window between two samples
+                return evaluate(ending(text, 1e3), "[", time[:samples], cut).holds
+
+        signals = {name: Signal(each) for name, each in values.items()}
+        try:
+            result = evaluate(formula, "[", time, signals)
+        except FormulaError:
+            continue
+        if result.decided_at is None or result.decided_at == time[-1]:
+            continue
+        known = int(np.searchsorted(time, result.decided_at)) + 1
+        assert until(known) is result.holds
+        assert known == 1 or until(known - 1) is None
+        seen += known > 1
+    assert seen > 50
+
+
+@pytest.mark.parametrize(
+    "first, last", [(0.0, 0.0), (0.0, 3.0), (2.0, 7.5), (1.3, 40.0), (50.0, 60.0)]
+)
+@pytest.mark.parametrize("period", [1.0, 0.02, None])
+def test_windows_hold_the_samples_that_they_say(first, last, period):
+    random = np.random.default_rng(3)
+    time = np.cumsum(random.uniform(0.5, 1.5, 31)) if period is None else period * np.arange(31)
+    scale = period or 1.0
+    first, last, values = scale * first, scale * last, random.normal(size=(2, 31))
+    try:
+        windows = Windows(time, (first, last))
+    except ValueError:
+        assert period is None or first % scale
+        return
+    found = windows.maximum(values)
+    for row, now in enumerate(time):
+        inside = (time >= now + first - 1e-7) & (time <= now + last + 1e-7)
+        assert found[:, row] == pytest.approx(values[:, inside].max(axis=1, initial=-np.inf))
+        assert windows.cut[row] == (now + last > time[-1] + 1e-7)

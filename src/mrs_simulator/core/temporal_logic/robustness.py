@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.temporal_logic.deciding import decided_row
 from mrs_simulator.core.temporal_logic.formula import (
-    Always,
     And,
     Each,
     Eventually,
@@ -30,7 +30,7 @@ from mrs_simulator.core.temporal_logic.formula import (
 )
 from mrs_simulator.core.temporal_logic.syntax import FormulaError, unknown_signal
 from mrs_simulator.core.temporal_logic.units import UNITS
-from mrs_simulator.core.temporal_logic.windows import Windows, range_maximum, until_end
+from mrs_simulator.core.temporal_logic.windows import Windows, least_from, until_within
 
 GRADED = 20  # [-] of which one is among the smallest margins
 MOST_AT_ONCE = 1 << 20  # [-] numbers of one array over robots, pairs or edges
@@ -121,7 +121,7 @@ def evaluate(formula, text, time, signals):
         unit=units[predicate],
         time=float(bound.time[row]),
         member=label,
-        decided_at=_decided_at(bound, formula, found.holds),
+        decided_at=float(bound.time[decided_row(bound, formula, found.holds)]),
         scale=1.0 if scaled else _scale(predicate),
         grade=float(_smallest(margins, 1 + len(margins) // GRADED).mean()),
     )
@@ -181,27 +181,20 @@ def _unit_of(predicate, text, signals):
 class _Evaluation:
     """Formulas over the samples at ``time`` (m,): of the team, or of some members of one domain."""
 
-    def __init__(self, text, time, signals, scaled, ended=True, domain=None, rows=None):
-        """``scaled``: divide margins by constants; ``ended``: the run ends with the last sample.
+    def __init__(self, text, time, signals, scaled, domain=None, rows=None):
+        """``scaled``: divide margins by constants.
 
         ``rows``: which members of the ``domain``, a slice; formulas then are (k, m), of one member (m,).
         """
         self.text, self.time, self.signals = text, time, signals
-        self.scaled, self.ended, self.domain, self.rows = scaled, ended, domain, rows
+        self.scaled, self.domain, self.rows = scaled, domain, rows
         self._windows, self._kept = {}, {}
 
     def part(self, domain, rows):
         """Return the evaluation of the members ``rows`` of ``domain``: a slice, or one index."""
-        more = self.scaled, self.ended, domain, rows
-        result = _Evaluation(self.text, self.time, self.signals, *more)
+        result = _Evaluation(self.text, self.time, self.signals, self.scaled, domain, rows)
         result._windows = self._windows
         return result
-
-    def until_sample(self, m):
-        """Return the evaluation of the first ``m`` samples of a run that goes on."""
-        time, signals = self.time[:m], self.signals
-        cut = {k: s._replace(values=np.asarray(s.values)[..., :m]) for k, s in signals.items()}
-        return _Evaluation(self.text, time, cut, self.scaled, ended=False)
 
     def of(self, formula):
         """Return the ``Bounds`` of ``formula``."""
@@ -238,13 +231,9 @@ class _Evaluation:
                 raise FormulaError(str(error), self.text, max(0, self.text.find("["))) from None
         return self._windows[window]
 
-    def _cut(self, windows):
-        """Return at which samples what the window holds is not known to its end."""
-        return np.full(len(self.time), not self.ended) if windows.unbounded else windows.cut
-
     def _eventually(self, inner, window):
         windows = self.windows(window)
-        cut = self._cut(windows)
+        cut = windows.cut
         low = windows.maximum(inner.low)
         if inner.is_known and not cut.any():
             return Bounds(low, low)
@@ -254,30 +243,18 @@ class _Evaluation:
     def _until(self, formula):
         left, right = self.of(formula.left), self.of(formula.right)
         windows = self.windows(formula.window)
-        cut = self._cut(windows)
-        low = self._until_of(left.low, right.low, windows, -np.inf)
-        if left.is_known and right.is_known and not cut.any():
+        cut = windows.cut
+        low = high = until_within(left.low, right.low, windows)
+        if not (left.is_known and right.is_known):
+            high = until_within(left.high, right.high, windows)
+        elif not cut.any():
             return Bounds(low, low)
-        high = self._until_of(left.high, right.high, windows, -np.inf)
-        beyond = self._until_of(left.high, right.high, windows, np.inf)
+        beyond = np.maximum(high, least_from(np.broadcast_to(left.high, high.shape)))
         return Bounds(low, np.where(cut, beyond, high))
-
-    def _until_of(self, left, right, windows, beyond):
-        left, right = np.broadcast_arrays(left, right)
-        found = until_end(left, right, beyond)
-        m = len(self.time)
-        at = np.minimum(windows.begin, m - 1)
-        found = np.where(windows.begin < m, found[..., at], beyond)
-        if not windows.unbounded and beyond < 0.0:
-            found = np.minimum(found, windows.maximum(right))
-        if windows.begin[0] > 0:
-            held = -range_maximum(-left, np.arange(m), windows.begin)
-            found = np.minimum(found, held)
-        return found
 
     def _quantified(self, formula):
         lows, highs, known = [], [], True
-        for rows in self._chunks(formula.domain):
+        for rows in self.chunks(formula.domain):
             bounds = self.part(formula.domain, rows).of(formula.operand)
             bounds = bounds if isinstance(formula, Some) else bounds.negated()
             known = known and bounds.is_known
@@ -291,7 +268,7 @@ class _Evaluation:
         bounds = Bounds(low, low if known else np.max(highs, axis=0))
         return bounds if isinstance(formula, Some) else bounds.negated()
 
-    def _chunks(self, domain):
+    def chunks(self, domain):
         """Return slices that together are all members of ``domain``, few enough to be held at once."""
         count = self.members(domain)
         size = max(1, MOST_AT_ONCE // max(1, len(self.time)))
@@ -308,7 +285,7 @@ class _Evaluation:
         if domain in (None, self.domain):
             least = self._margins(predicate, self.rows if domain else None)
         else:
-            parts = [self._margins(predicate, rows).min(axis=0) for rows in self._chunks(domain)]
+            parts = [self._margins(predicate, rows).min(axis=0) for rows in self.chunks(domain)]
             least = np.min(parts, axis=0) if parts else np.full(len(self.time), np.inf)
         return least / _scale(predicate) if self.scaled else least
 
@@ -360,12 +337,12 @@ class _Evaluation:
             return predicate, row, None
         if domain == self.domain:
             return predicate, row, self.rows
-        values = [self._margins(predicate, rows)[:, row] for rows in self._chunks(domain)]
+        values = [self._margins(predicate, rows)[:, row] for rows in self.chunks(domain)]
         return predicate, row, int(np.argmin(np.concatenate(values)))
 
     def _deciding_member(self, formula, row, side):
         values = []
-        for rows in self._chunks(formula.domain):
+        for rows in self.chunks(formula.domain):
             found = getattr(self.part(formula.domain, rows).of(formula.operand), side)
             values.append(np.broadcast_to(found, (rows.stop - rows.start, len(self.time)))[:, row])
         best = np.argmax if isinstance(formula, Some) else np.argmin
@@ -431,28 +408,3 @@ def _scale(predicate):
 
 def _other(side):
     return "high" if side == "low" else "low"
-
-
-def _horizon(formula):
-    """Return how far ahead [s] a sample's robustness looks, inf to the run's end."""
-    below = max(map(_horizon, children(formula)), default=0.0)
-    return below + (formula.window[1] if isinstance(formula, (Always, Eventually, Until)) else 0.0)
-
-
-def _decided_at(bound, formula, holds):
-    """Return the earliest time [s] after which nothing changes whether ``formula`` ``holds``."""
-
-    def certain(samples):
-        found = bound.until_sample(samples).of(formula)
-        return found.low[0] >= 0.0 if holds else found.high[0] < 0.0
-
-    low, high = 0, len(bound.time)  # not certain after ``low`` samples, certain after ``high``
-    seen = int(np.searchsorted(bound.time, bound.time[0] + _horizon(formula))) + 2
-    if seen < high and certain(seen):
-        high = seen
-    elif not certain(high):
-        return float(bound.time[-1])
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if certain(middle) else (middle, high)
-    return float(bound.time[high - 1])

@@ -3,7 +3,9 @@
 import glob
 import os
 import resource
+import shutil
 import sys
+import tempfile
 
 # Before numpy is loaded: workers and processes share the cores, and each one's second thread would spin.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -29,7 +31,12 @@ OLD_ROSPY = rospy_fails_by_itself()
 SLOW = 0.12  # [s] of processor time from which on a test is slow
 # Tests start hundreds of processes: let them find their modules compiled, whatever is set here.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-os.environ.pop("XDG_DATA_HOME", None)  # runs are kept below the HOME of each test
+# Windows keep settings, runs and unsaved edits below HOME: neither the user's, nor those of tests beside.
+CACHE = os.path.join(os.path.expanduser("~"), ".cache", "matplotlib")
+os.environ.setdefault("MPLCONFIGDIR", CACHE)  # to read all fonts anew takes seconds
+for variable in ("XDG_DATA_HOME", "XDG_CACHE_HOME"):
+    os.environ.pop(variable, None)
+OWN_HOME = os.environ["HOME"] = tempfile.mkdtemp(prefix="mrs_simulator_home_")
 os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build", "pycache")
 # Nor is pytest to rewrite their assertions each time, where this process runs them itself.
 sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]
@@ -43,6 +50,11 @@ def pytest_addoption(parser):
     parser.addoption(
         "--list-slow", metavar="FILE", help="append the functions of slow tests to FILE"
     )
+
+
+def pytest_unconfigure():
+    """Remove the directory of settings."""
+    shutil.rmtree(OWN_HOME, ignore_errors=True)
 
 
 def pytest_collection_modifyitems(config, items):

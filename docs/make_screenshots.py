@@ -16,7 +16,7 @@ import time
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ["ROS_HOSTNAME"] = "localhost"
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-LIMIT = 90.0  # [s] for anything to come about
+LIMIT = 300.0  # [s] for anything to come about
 # size [px] of the screen, pixels of the screen in one of the widgets', whether it is dark
 LOOKS = {
     "light": ((1366, 768), 1, False),
@@ -175,6 +175,29 @@ def take_runs(gui, until, picture):
     gui.opened.close()
 
 
+def take_sweep(gui, until, picture):
+    """Take the picture of a sweep map, with the run of one of its cells."""
+    from mrs_simulator import load_scenario
+
+    scenario = load_scenario(os.path.join(ROOT, "scenarios", "delayed_consensus.yaml"))
+    gui.show_scenario(scenario._replace(fidelity="point_mass", duration=30.0))
+    gui.bring_forward("Sweep")
+    for form, name, low, high in zip(
+        gui.sweep.axes, ("gain", "tau"), ("0.2", "0.1"), ("1.4", "1.2")
+    ):
+        form.choose(name)
+        form.low.setText(low)
+        form.high.setText(high)
+        form.count.setValue(9)
+    gui.sweep.start.click()
+    until(lambda: gui.sweep.start.isEnabled() and len(gui.sweep_control.cells.known()) == 81)
+    gui.sweep.quantity.setCurrentText("growth rate")
+    gui.sweep.map.ask((2, 5))
+    until(lambda: gui.opened.run is not None)
+    picture("gui_sweep")
+    gui.opened.close()
+
+
 def take(options):
     """Take the pictures of a whole study in one look."""
     import rosgraph
@@ -230,6 +253,7 @@ def take(options):
         picture("gui_team")
         if options.robots == 7:
             take_runs(gui, until, picture)
+            take_sweep(gui, until, picture)
             take_world(gui, press, until, picture)
             gui.show_scenario(scenario_of(options.robots))
             gui.results_tabs.setCurrentWidget(curves)

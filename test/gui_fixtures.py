@@ -90,24 +90,26 @@ def gui(ros, tmp_path):
     return run
 
 
-def quiet_study(scenario):
-    """Return the whole GUI with nothing behind it, and timers that stand."""
+def quiet_study(scenario, processes=None):
+    """Return the whole GUI with nothing behind it but ``processes``, if given, and timers that stand."""
     from unittest.mock import MagicMock
 
     from PyQt5.QtCore import QTimer  # not for the tests without widgets
 
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
-    connection, processes = MagicMock(master_online=False), MagicMock()
+    connection = MagicMock(master_online=False)
     connection.snapshot.return_value = connection.newest.return_value = None
     connection.is_fresh.return_value, connection.silence.return_value = False, None
     connection.registered = frozenset()
     for take in (connection.take_samples, connection.take_results, connection.take):
         take.return_value = []
-    processes.is_running.return_value, processes.age.return_value = False, 0.0
-    processes.take_ended.return_value, processes.code.return_value = [], None
-    connection.diagnostics.return_value, processes.output.return_value = [], ""
-    processes.is_ending.return_value = False
+    connection.diagnostics.return_value = []
+    if processes is None:
+        processes = MagicMock()
+        processes.is_running.return_value, processes.age.return_value = False, 0.0
+        processes.take_ended.return_value, processes.code.return_value = [], None
+        processes.output.return_value, processes.is_ending.return_value = "", False
     widget = StudyWidget(connection, processes, scenario)
     widget.study.shelf.home = os.path.join(tempfile.gettempdir(), "no shelf")
     for timer in widget.findChildren(QTimer):

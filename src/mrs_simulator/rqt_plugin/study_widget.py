@@ -30,6 +30,7 @@ from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.shelf import ShelfControl
 from mrs_simulator.rqt_plugin.window.start import Start
 from mrs_simulator.rqt_plugin.window.status import Status
+from mrs_simulator.rqt_plugin.window.sweep import SweepControl
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
 from mrs_simulator.rqt_plugin.window.what_if import KEEP, WhatIf
 from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
@@ -77,6 +78,7 @@ class StudyWidget(StudyPanels):
         self.shelf_control = ShelfControl(
             self, self.study.shelf, self.files, self.opened, self.results
         )
+        self.sweep_control = SweepControl(self, self.study, self.opened)
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.disturbance = Disturbance(self, self.study)
         self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
@@ -234,6 +236,7 @@ class StudyWidget(StudyPanels):
         self.past.follow()
         self.comparison_control.follow()
         self.shelf_control.follow()
+        self.sweep_control.follow()
         self.status_line.show()
         self.edits.keep()
 
@@ -284,6 +287,7 @@ class StudyWidget(StudyPanels):
         self.opened.end()
         self.comparison_control.end()
         self.shelf_control.close()
+        self.sweep_control.close()
         self.files.keep_unsaved()
         self.edits.forget()
         self._errors.close()

@@ -46,10 +46,15 @@ class Processes:
         process = self._newest.get(name)
         return None if process is None else process.poll()
 
-    def run(self, name, script, *arguments, limit=None):
-        """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
+    def begin(self, name, script, *arguments):
+        """Start a script of this package as ``run`` does, without waiting; return its ``Popen``."""
         command = [*self.command(script), *map(str, arguments)]
         self._jobs[name] = process = self._open(name, command)
+        return process
+
+    def run(self, name, script, *arguments, limit=None):
+        """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
+        process = self.begin(name, script, *arguments)
         try:
             code = process.wait(limit)
         except subprocess.TimeoutExpired:
@@ -58,7 +63,7 @@ class Processes:
         return code, self.output(name)
 
     def cancel(self, name):
-        """End the script that ``run`` has started as ``name``, if it still runs."""
+        """End the script that ``run`` or ``begin`` has started as ``name``, if it still runs."""
         process = self._jobs.get(name)
         if process is not None:
             threading.Thread(target=_end_all, args=([process],)).start()

@@ -21,6 +21,7 @@ from mrs_simulator.rqt_plugin.run.programs_panel import ProgramsPanel
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.shelf.comparison_panel import ComparisonPanel
 from mrs_simulator.rqt_plugin.shelf.panel import ShelfPanel
+from mrs_simulator.rqt_plugin.sweep.panel import SweepPanel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
@@ -127,7 +128,7 @@ class StudyPanels(QWidget):
         self.map.follow_asked.connect(self._on_follow)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.comparison = ComparisonPanel()
-        self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
+        self.sensors, self.programs, self.sweep = SensorsPanel(), ProgramsPanel(), SweepPanel()
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)
         self.results_tabs = QTabWidget()
@@ -137,6 +138,7 @@ class StudyPanels(QWidget):
             (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
             (self.comparison, "Compare"),
+            (self.sweep, "Sweep"),
             (self.sensors, "Robot"),
             (self.programs, "Programs"),
             (self.messages, "Messages"),

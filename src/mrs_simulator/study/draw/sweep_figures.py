@@ -215,7 +215,7 @@ def _cells(rows, x, y, columns, lines):
 def _draw_row(figure, panels, cells, name):
     means = np.array([mean for mean, _, _ in cells])
     centred = name.startswith(ROBUSTNESS.format(""))
-    norm, colours = (_about_zero(means), "RdBu") if centred else (_norm(means), "viridis")
+    norm, colours = (about_zero(means), "RdBu") if centred else (scale_of(means), "viridis")
     for axes, (mean, failed, unjudged) in zip(panels, cells):
         image = axes.imshow(
             np.maximum(mean, norm.vmin), origin="lower", aspect="auto", norm=norm, cmap=colours
@@ -233,13 +233,13 @@ def _draw_row(figure, panels, cells, name):
         bar.ax.ticklabel_format(axis="y", useOffset=False)
 
 
-def _about_zero(means):
+def about_zero(means):
     """Return a scale of colours whose middle is zero, where a requirement breaks."""
     most = float(np.nanmax(np.abs(means))) or 1.0
     return Normalize(-most, most)
 
 
-def _norm(means):
+def scale_of(means):
     """Return a scale of colours: linear, or logarithmic where values span many powers of ten.
 
     Values that differ by rounding alone get one colour.
@@ -338,7 +338,7 @@ def _draw_boundary(axes, boundary, keys, low, high):
 
     ``keys``: (x key, y key, values of the others).
     """
-    for grids in _grids(low, high):
+    for grids in boundary_grids(low, high):
         name, margins = boundary(*keys[:2], *grids, keys[2])
         finite = np.isfinite(margins)
         # Between whole numbers of robots, say, there is no scenario.
@@ -352,7 +352,7 @@ def _draw_boundary(axes, boundary, keys, low, high):
     return [], []
 
 
-def _grids(low, high):
+def boundary_grids(low, high):
     """Yield (x values, y values) from ``low`` to ``high``, (2,): real ones, then whole for x, y, both."""
     real = [np.linspace(a, b, BOUNDARY_POINTS) for a, b in zip(low, high)]
     whole = [np.arange(math.ceil(a), math.floor(b) + 1) for a, b in zip(low, high)]

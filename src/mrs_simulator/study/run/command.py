@@ -93,6 +93,10 @@ def _sweep(arguments):
     table = os.path.join(os.path.abspath(arguments.out), sweep.table_name(part))
     options = (arguments.out, arguments.jobs, arguments.scheduler, sys.stderr.isatty())
     boundary = sweep.theorem_boundary(scenario_path(arguments.scenario), given)
+    if arguments.plan:
+        from mrs_simulator.study.run.sweep_plan import write_plan
+
+        write_plan(runs, boundary, arguments.out)
     try:
         verdicts = sweep.run_sweep(runs, *options, boundary=boundary, part=part)
     except KeyboardInterrupt:
@@ -235,6 +239,11 @@ def _add_workers(parser):
         metavar="I/N",
         help="only the I-th of N parts of a sweep, as a job array runs them; afterwards the same command "
         "without it makes table and figures of all",
+    )
+    parser.add_argument(
+        "--plan",
+        action="store_true",
+        help="write sweep.json before the runs begin: their directories, and what theory says of each",
     )
 
 

@@ -454,7 +454,7 @@ def _write_figures(runs, verdicts, out, boundary):
     from mrs_simulator.study.results.stamp import stamp_of_all
 
     table = [(values, verdict) for (_, values, _), verdict in zip(runs, verdicts)]
-    units = _units(runs)
+    units = units_of(runs)
     drawn = {FIGURE: sweep_figure(table, units), MAP: stability_figure(table, boundary, units)}
     drawn = {name: figure for name, figure in drawn.items() if figure is not None}
     stamp = stamp_of_all([scenario for _, _, scenario in runs]) if drawn else ""
@@ -463,8 +463,8 @@ def _write_figures(runs, verdicts, out, boundary):
             save(figure, os.path.join(out, "{}.{}".format(name, kind)), stamp)
 
 
-def _units(runs):
-    """Return the unit of each swept key that has one."""
+def units_of(runs):
+    """Return the unit of each key that varies in ``runs``, "" where it has none."""
     for _, values, scenario in runs:
         try:
             control = make_control(scenario)

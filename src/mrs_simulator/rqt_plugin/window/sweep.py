@@ -1,0 +1,168 @@
+"""The sweep map in the window: starts the command ``sweep``, follows its cells, opens their runs."""
+
+import os
+import re
+import time
+
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
+from mrs_simulator.rqt_plugin.run.long_command import LongCommand
+from mrs_simulator.rqt_plugin.run.study_run import last_lines
+from mrs_simulator.rqt_plugin.shelf.folder import SAVED
+from mrs_simulator.rqt_plugin.sweep.axes import key_of, read_texts, swept_keys
+from mrs_simulator.rqt_plugin.sweep.cells import SweepCells, read_news
+from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.bad_input import BAD_INPUT
+from mrs_simulator.study.results.report import write_scenario
+
+EVERY = 0.5  # [s] of wall time between two looks for cells that have ended
+TWICE = "wanted another parameter than along x"
+FOLDER = "in {}"
+COMBINATION = re.compile("^.* with (?:[^ =]+=[^ ]+ ?)+: ")  # of values, which a refusal begins with
+
+
+class SweepControl:
+    """One sweep at a time, of the scenario as it is edited when it starts."""
+
+    def __init__(self, panels, study, opened):
+        """``opened``: the ``OpenedRun``."""
+        self._panels, self._study, self._opened = panels, study, opened
+        self._command = LongCommand(study.processes, "sweep")
+        self._reader, self._reads, self._looked_at = DebouncedWorker(0.0), False, 0.0
+        self._planned, self._known, self._last_look = False, set(), False
+        self.cells, self.directory = None, ""
+        self._offered = None
+        panel = panels.sweep
+        panel.start_asked.connect(self._on_start)
+        panel.cancel_asked.connect(self._on_cancel)
+        panel.map.cell_asked.connect(self._on_cell)
+
+    # Starting ------------------------------------------------------------------------------------
+
+    def _keys(self):
+        derived = self._study.edited.derived
+        return swept_keys(self._study.scenario, derived.parameters, derived.values)
+
+    @guarded
+    def _on_start(self):
+        panel, keys = self._panels.sweep, self._keys()
+        read = [read_texts(axis.texts(), keys) for axis in panel.axes]
+        paths = [key_of(axis.texts().name.strip(), keys).path for axis in panel.axes]
+        if paths[0] == paths[1]:
+            read[1][2].setdefault("name", TWICE)
+        for axis, (_, _, errors) in zip(panel.axes, read):
+            axis.show_errors(errors)
+        if any(errors for _, _, errors in read) or self._command.is_running:
+            return
+        try:
+            self._start(paths, [word for word, _, _ in read])
+        except OSError as error:
+            panel.note.say("not started: {}".format(reason(error)), "error")
+            return
+        self.cells = SweepCells(paths, {p: values for p, (_, values, _) in zip(paths, read)})
+        self._planned, self._known, self._last_look = False, set(), False
+        self._reader.ask(None)  # what was asked of the sweep before
+        self._reads = False
+        panel.forget_quantities()
+        panel.set_running(True)
+        self._show()
+
+    def _start(self, paths, words):
+        """Begin the process; what it writes goes to a new folder beside other results."""
+        files = self._study.files
+        wanted = os.path.join(files.results_directory(), files.suggested_name() + "_sweep")
+        self.directory, count = wanted, 2
+        while os.path.exists(self.directory):
+            self.directory, count = "{}_{}".format(wanted, count), count + 1
+        os.makedirs(self.directory)
+        path = write_scenario(self._study.scenario, self.directory)
+        axes = [each for word in words for each in ("--sweep", word)]
+        jobs = max(1, (os.cpu_count() or 1) - 1)  # the window has a core of its own
+        options = "--out", self.directory, "--jobs", jobs, "--plan"
+        self._command.start("experiment", path, *axes, *options)
+
+    @guarded
+    def _on_cancel(self):
+        self._command.cancel()
+        self._panels.sweep.cancel.setEnabled(False)
+
+    # Following -----------------------------------------------------------------------------------
+
+    def follow(self):
+        """Show the cells that have ended by now, and what there is to vary."""
+        panel = self._panels.sweep
+        if self._study.scenario is not self._offered and panel.isVisible():
+            self._offered = self._study.scenario
+            panel.offer(self._keys())
+        self._take_news()
+        code = self._command.take()
+        if code is not None:
+            self._end(code)
+        due = self._last_look or time.monotonic() - self._looked_at >= EVERY
+        if due and not self._reads and (self._command.is_running or self._last_look):
+            self._reads, self._looked_at = True, time.monotonic()
+            self._last_look = self._command.is_running and self._last_look
+            out, known, planned = self.directory, set(self._known), self._planned
+            self._reader.ask(lambda: read_news(out, known, planned))
+        if self.cells is not None:
+            folder, run = os.path.split(self._opened.path)
+            panel.map.show_opened(run if folder == self.directory else "")
+
+    def _take_news(self):
+        found = self._reader.take()
+        if found is None:
+            return
+        self._reads = False
+        news, error = found
+        if error is not None:
+            self._panels.say(ErrorMessage("sweep: {}".format(reason(error))))
+            return
+        plan, verdicts = news
+        if plan is not None:
+            self._planned = True
+            self.cells.take_plan(plan)
+        if self._planned:
+            self._known.update(verdicts)
+            self.cells.take_verdicts(verdicts)
+        if plan is not None or verdicts:
+            self._show()
+
+    def _show(self):
+        panel = self._panels.sweep
+        panel.show_cells(self.cells)
+        panel.note.say(self.cells.summary(), "aside")
+        shown = os.path.relpath(self.directory, self._study.files.results_directory())
+        panel.place.say(FOLDER.format(os.path.join("~", SAVED, shown)))
+
+    def _end(self, code):
+        """Show how the process has ended with ``code``, and look once more for cells."""
+        panel, self._last_look = self._panels.sweep, True
+        panel.set_running(False)
+        output = last_lines(self._command.output())
+        if self._command.is_cancelled:
+            self._panels.say("sweep cancelled; what has ended is in {}".format(self.directory))
+        elif code == BAD_INPUT and not self._planned:
+            self._refuse(output.rpartition("experiment: ")[2])
+        elif code not in (0, 1, 3):
+            self._panels.say(ErrorMessage("sweep ended with {}: {}".format(code, output)))
+        else:
+            self._panels.say("sweep: {}".format(self.directory))
+
+    def _refuse(self, why):
+        """Say beside the axis that it names, or below both, why no sweep could begin."""
+        panel, self.cells, why = self._panels.sweep, None, COMBINATION.sub("", why)
+        words = [axis.name.currentText().rpartition(".")[2] for axis in panel.axes]
+        named = [axis for axis, word in zip(panel.axes, words) if word in why]
+        if len(named) == 1:
+            named[0].show_errors({"name": why})
+        panel.show_cells(None)
+        panel.note.say("" if len(named) == 1 else why, "error")
+        panel.place.say("")
+
+    @guarded
+    def _on_cell(self, run):
+        self._opened.open(os.path.join(self.directory, run))
+
+    def close(self):
+        """Read nothing more; the process ends with the others."""
+        self._reader.ask(None)

@@ -11,7 +11,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study, shown
 from PIL import Image
-from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtGui import QColor, QDesktopServices, QPalette
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QFileDialog
 from snapshots import snapshot_of
@@ -149,6 +149,7 @@ def test_a_figure_is_composed_of_the_run_saved_last(study, tmp_path, monkeypatch
     composer.save.click()
     answer(study, tmp_path / "own.png")
     wait_shown(lambda: "saved" in composer.note.message)
+    assert study.saved.path == str(tmp_path / "own.png")
     assert (tmp_path / "own.png").exists()
     assert not composer.compare.isEnabled() and "--compare" not in words
     composer.robots.setText("9")
@@ -193,3 +194,30 @@ def test_results_are_saved_with_a_video(study, tmp_path, what, more, monkeypatch
     answer(study, tmp_path / "run")
     options = "--video", "--beside-curves", *more
     assert asked == [(str(tmp_path / "run"), "png,pdf,svg", options)]
+
+
+@pytest.mark.parametrize("opens", [True, False])
+def test_a_line_says_where_a_picture_is_and_opens_its_folder(study, tmp_path, monkeypatch, opens):
+    asked = []
+    monkeypatch.setattr(
+        QDesktopServices, "openUrl", lambda url: asked.append(url.toLocalFile()) or opens
+    )
+    assert not study.saved.isVisible()
+    folder = tmp_path / ("a long name " * 12)
+    folder.mkdir()
+    choose(study, "map")
+    answer(study, folder / "picture.png")
+    assert study.saved.isVisible() and study.saved.toolTip().startswith(str(folder))
+    assert "Open folder" in study.saved.text() and "\u2026" in study.saved.text()
+    study.saved.linkActivated.emit("folder")
+    assert asked == [str(folder)]
+    assert ("no program opens folders" in study.messages.toPlainText()) == (not opens)
+    study._on_tick()
+    assert study.saved.isVisible()
+    study.bar.asked.emit("reset")
+    assert not study.saved.isVisible()
+
+
+def test_the_line_opens_a_folder_that_was_saved_itself(study, tmp_path):
+    study.say_saved(str(tmp_path))
+    assert study.saved.folder() == str(tmp_path)

@@ -136,6 +136,8 @@ class StudyWidget(StudyPanels):
             self.export.do(name[len(EXPORT) :])
             return
         self.close_error()  # that of what was done before
+        if name in (*STARTING, "reset", "end"):
+            self.saved.forget()
         if name in STARTING and not self._finish_edits():
             return
         before = self.scenario

@@ -26,7 +26,7 @@ class TimeCursor(QObject):
 
     @property
     def span(self):
-        """Return the times [s] at which the run begins and of the newest sample, None before there are two."""
+        """Return the times [s] at which the run begins and of its newest sample, None before two."""
         time = self._history.time[self._history.first_row() :]
         return (float(time[0]), float(time[-1])) if len(time) > 1 else None
 

@@ -4,7 +4,7 @@ import html
 import os
 import shlex
 
-from mrs_simulator.rqt_plugin.qt.QtCore import Qt, QTimer
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, QTimer, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QPixmap
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QApplication,
@@ -44,6 +44,8 @@ KINDS = "Figures (*.pdf *.png *.svg)"
 
 class Composer(QDialog):
     """Choices on the left, the figure on the right, its command below; other windows stay in use."""
+
+    saved = Signal(str)  # the path of a figure
 
     def __init__(self, parent, processes, directory, ask, compared=()):
         """``directory``: of the run; ``ask``: asks for a path, as ``ScenarioFiles.ask`` does.
@@ -166,7 +168,8 @@ class Composer(QDialog):
             self._show_picture()
             self.note.say("", "aside")
             return
-        self.note.say("saved {}".format(path), "aside")
+        self.note.say("saved {}".format(os.path.abspath(path)), "good")
+        self.saved.emit(path)
 
     def _show_picture(self):
         if not self._picture.isNull():

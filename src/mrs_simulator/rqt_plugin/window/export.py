@@ -55,6 +55,7 @@ class Export:
             return
         given = self._processes, directory, self._files.ask, self._comparison.named()
         self.composer = Composer(self._panels, *given)
+        self.composer.saved.connect(self._panels.say_saved)
         self.composer.show()
 
     def _ask(self, name, save, kinds):
@@ -70,7 +71,7 @@ class Export:
             except (OSError, ValueError) as error:
                 self._panels.say(ErrorMessage("not saved: {}".format(reason(error))))
                 return
-            self._panels.say("saved {}".format(path))
+            self._panels.say_saved(path)
 
         title = "Save the picture"
         self._files.ask(title, name + ".png", "Pictures ({})".format(patterns), chosen, saves=True)

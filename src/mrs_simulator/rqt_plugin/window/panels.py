@@ -31,12 +31,14 @@ from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import MessageList
 from mrs_simulator.rqt_plugin.widgets.overlay import Overlay
+from mrs_simulator.rqt_plugin.widgets.saved_place import SavedPlace
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.window.one_column import OneColumn
 from mrs_simulator.rqt_plugin.window.side_by_side import TITLE, SideBySide
 
 SIZE = (1180, 720)  # [px] that shows everything
 SETTINGS = 21  # [lines of text] that the settings are wide at first
+GAP = 16  # [px] between parts of the status line
 STATUS = ("master", "stage", "controller", "robots", "time")
 
 
@@ -155,7 +157,7 @@ class StudyPanels(QWidget):
 
     def _build_status(self):
         row = FlowLayout()
-        row.setSpacing(16)
+        row.setSpacing(GAP)
         row.line_spacing = 2
         self.status = {}
         for name in STATUS:
@@ -165,7 +167,22 @@ class StudyPanels(QWidget):
             label.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
             self.status[name] = label
             row.addWidget(label)
+        self.saved = SavedPlace()
+        self.saved.not_opened.connect(self._on_not_opened)
+        row.addWidget(self.saved)
         return row
+
+    def say_saved(self, path, text="saved {}"):
+        """Say in a message that ``path`` was saved, and below until a run begins or ends."""
+        self.say(text.format(path))
+        taken = sum(
+            label.sizeHint().width() + GAP for label in self.status.values() if label.text()
+        )
+        self.saved.name(path, self.width() - taken - 2 * GAP)
+
+    @guarded
+    def _on_not_opened(self, folder):
+        self.say(ErrorMessage("no program opens folders here: {}".format(folder)))
 
     def show_time_line(self, cursor):
         """Show the line of the ``TimeCursor`` below the map."""

@@ -101,7 +101,7 @@ class Results:
 
     def _take_saved(self, path):
         self.directory, self._cleared = os.path.dirname(path), self._saves
-        self._panels.say("saved to {}".format(self.directory))
+        self._panels.say_saved(self.directory, "saved to {}")
         if self._is_of_now():
             self._show_verdict(path)
 

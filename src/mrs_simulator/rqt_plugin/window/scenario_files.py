@@ -72,7 +72,7 @@ class ScenarioFiles:
             return
         self.saved_text = text
         self.memory.opened(path, text)
-        self._panels.say("saved {}".format(path))
+        self._panels.say_saved(path)
 
     def ask(self, title, start, kinds, chosen, saves=False):
         """Open a dialog in place of one that is open; ``chosen`` is called with the path."""

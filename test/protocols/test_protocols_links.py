@@ -5,8 +5,8 @@ import threading
 
 import numpy as np
 import pytest
+from mixed_runs import over_ros
 from protocol_fixtures import SCENARIOS, as_points, check, failed, played, shipped, verdict_of
-from test_bringup import launch
 
 from mrs_simulator import PioneerControl, load_scenario
 from mrs_simulator.control.twist_message import Twist
@@ -615,10 +615,8 @@ def test_the_seed_makes_the_losses():
     assert np.any(tracks[0] != tracks[2])
 
 
-def test_ros_in_lockstep_loses_the_same_messages(ros, tmp_path):
-    scenario = "scenario:=" + os.path.join(SCENARIOS, "formation_lossy.yaml")
-    launch(ros, tmp_path, scenario, "lockstep:=true", "speed:=0", "duration:=4")
-    recorded = read_run_csv(str(tmp_path / "run.csv"))
+def test_ros_in_lockstep_loses_the_same_messages(tmp_path):
+    recorded = over_ros(shipped("formation_lossy", duration=4.0), tmp_path)
     headless = track_of(shipped("formation_lossy", duration=4.0))
     # Angles travel as quaternions, whose rounding the edges must not turn into other messages.
     np.testing.assert_allclose(recorded.pose, headless, rtol=0.0, atol=1e-9)

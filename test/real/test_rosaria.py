@@ -546,7 +546,7 @@ def test_a_record_begins_with_the_first_motion_and_ends_with_a_jump(team, tmp_pa
     team.robots[2].kill()
     team.trouble("no fresh odometry of robot2")
     team.robot(2, name="again")
-    assert record.wait(60) == 1
+    assert record.wait(3 * PATIENCE) == 1  # with its figures
     run = read_run_csv(str(out / "run.csv"))
     told = run.command[run.command.any(axis=2).all(axis=1)]  # they are told one after the other
     assert run.command[0].any() and told[0].tolist() == [[0.2, 0.0]] * 2

@@ -435,7 +435,7 @@ def is_killed_the_first_time(place):
 
 def waits_for_another(place, own, other):
     (place / own).touch()
-    wait_until((place / other).exists, 20.0)
+    wait_until((place / other).exists, 60.0)
     return own
 
 

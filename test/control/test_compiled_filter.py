@@ -8,6 +8,7 @@ from mrs_simulator.control.safety import compiled_filter, nearest_velocities
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.nearest_velocities import Brakes, safe_velocities
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.compile_ahead import compile_ahead
 from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import compiled_courses, courses
 
@@ -123,3 +124,10 @@ def test_a_crowd_that_newtons_method_does_not_find_is_solved_as_exactly(speed, m
     velocity = nearest_velocities._nearest(wanted, kept, caps)
     assert any(found is None for found in begun) and begun[-1] is not None
     assert (kept.pressure(velocity) - kept.limit).max() < 1e-8
+
+
+def test_the_filter_is_compiled_ahead():
+    pytest.importorskip("numba")
+    assert compile_ahead(["formation_safely", "sensed_crossing"]) == ["formation_safely"]
+    loops = *compiled_filter.compiled_loops(), *compiled_courses.compiled_courses()
+    assert all(loop.signatures for loop in loops)

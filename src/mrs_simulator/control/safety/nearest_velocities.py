@@ -174,7 +174,7 @@ def _looped_shares(loops, wanted, seen, distance, rows, bounds):
 def _looped_solution(loops, wanted, rows, near, speed):
     """As ``_solution``, by the ``loops``."""
     accuracy = LEAST, TOLERANCE, RESIDUAL, STEPS, (FIRST, SWEEPS)
-    speed = NONE if speed is None else speed
+    speed = NONE if speed is None else np.array(speed, dtype=float)
     return loops.solve(np.ascontiguousarray(wanted), *rows, near, speed, accuracy)
 
 

@@ -7,13 +7,21 @@ import argparse
 import os
 from importlib.util import find_spec
 
-from mrs_simulator.core.compiling import VARIABLE, is_chosen, is_wanted
+from mrs_simulator.core.compiling import VARIABLE, chosen, is_chosen, is_wanted
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
-from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
 from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment
+
+MEETING = {  # under the safety filter
+    "poses": [[0.0, 0.0, 0.0], [1.5, 0.0, 3.1416]],
+    "limits": "firmware",
+    "duration": 2.0,
+    "topology": {"preset": "complete"},
+    "control": {"protocol": "consensus", "safety": True},
+}
 
 
 def compile_ahead(names):
@@ -23,10 +31,24 @@ def compile_ahead(names):
 
 def _compile(scenario):
     experiment = Experiment(scenario)
+    safety = experiment.control.safety_filter
     try:
+        if safety.acts and not safety.sensors:
+            _compile_filter()
+            return True
         return experiment.compile()
     finally:
         experiment.world.close()
+
+
+def _compile_filter():
+    """Compile the safety filter, by two robots that head for each other."""
+    with chosen("1"):
+        experiment = Experiment(scenario_from_dict(MEETING))
+        try:
+            list(experiment.samples())
+        finally:
+            experiment.world.close()
 
 
 @printing

@@ -5,11 +5,11 @@
 
 A verdict holds commands to the published law, and so notices most mistakes at once.  Here requirements
 are all that is known: the claims of the protocol's theorem, on points.  Each mistake first runs the
-scenario as it ships.  One that keeps all claims there is searched as ``mrs-simulator break`` does: starts
-in the theorem's box of benchmarks/hypotheses.py, up to ``CUT`` edges cut and ``ADDED`` added, the gain
-half to one and a half times as large; where a condition of the theorem does not hold, nothing can be
-broken.  The right law is searched with the same seed, and has to keep its claims: else nothing that is
-found in its group counts.  Exits with 1 where it does not.
+scenario as it ships.  One that keeps all claims there is searched as ``mrs-simulator break`` does without a
+``search``: the law's parameters, up to ``CUT`` edges cut and ``ADDED`` added, and starts, in the theorem's
+box of benchmarks/hypotheses.py; where a condition of the theorem does not hold, nothing can be broken.
+The right law is searched with the same seed, and has to keep its claims: else nothing that is found in its
+group counts.  Exits with 1 where it does not.
 """
 
 import argparse
@@ -24,7 +24,6 @@ import hypotheses
 import mutants
 
 CUT, ADDED = 1, 2  # [-] edges, at most
-GAINS = 0.5, 1.5  # [-] of the scenario's
 RIGHT, NOMINAL = "right law", "nominal run"
 
 
@@ -32,11 +31,11 @@ def theorem_trial(scenario):
     """Return the ``Trial`` of the theorem's claims in a run of ``scenario``."""
     from mrs_simulator.core.claims import THEOREM
     from mrs_simulator.study.run.simulating import simulate
-    from mrs_simulator.study.search.trials import NEUTRAL, Trial, share_of
+    from mrs_simulator.study.search.trials import NEUTRAL, Trial, is_outside, share_of
 
     verdict = simulate(scenario).verdict
     checks = [each for each in verdict["checks"] if each["question"] == THEOREM]
-    if any(each["measured"] == hypotheses.OUTSIDE for each in checks):
+    if any(map(is_outside, checks)):
         return Trial(NEUTRAL)
     if verdict["ended"] != "complete":
         return Trial(-NEUTRAL, {"name": verdict["ended"]})
@@ -62,7 +61,7 @@ def search_of(scenario, path):
     from mrs_simulator.scenario.reading import ScenarioError
     from mrs_simulator.scenario.scenario import scenario_of_file
     from mrs_simulator.scenario.search import search_from
-    from mrs_simulator.study.search import breaking, space, trials
+    from mrs_simulator.study.search import breaking, default_space, space, trials
 
     class ByTheorem(breaking.Search):
         def tried(self, variations, until=None):
@@ -77,12 +76,10 @@ def search_of(scenario, path):
                 return trials.Trial(float("inf"), error=str(error))
 
     box = [float(each) for each in hypotheses.box_of(scenario, scenario.control.protocol)]
-    varied = {"poses": {"within": box, "apart": hypotheses.APART}}
-    if scenario.topology is not None:
+    varied = default_space.default_search(scenario)
+    varied["poses"] = {"within": box, "apart": hypotheses.APART}
+    if "edges" in varied:
         varied["edges"] = {"cut": CUT, "add": ADDED}
-    gain = scenario.control.parameters.get("gain")
-    if gain is not None:
-        varied["control.parameters.gain"] = [share * gain for share in GAINS]
     what = space.Space(search_from(varied, path), scenario.n, scenario.topology)
     return ByTheorem(scenario.to_dict(), path, what, jobs=1)
 

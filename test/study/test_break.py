@@ -7,17 +7,23 @@ import re
 import numpy as np
 import pytest
 
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.scenario.reading import ScenarioError, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.search import search_from
+from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.run import workers
 from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.search import default_space
 from mrs_simulator.study.search.assure_command import main as assure
 from mrs_simulator.study.search.break_command import main as break_
+from mrs_simulator.study.search.default_space import default_search
 from mrs_simulator.study.search.margins_command import main as margins
 from mrs_simulator.study.search.space import Space, content_with
-from mrs_simulator.study.search.trials import try_variation
+from mrs_simulator.study.search.trials import share_of, try_variation
+from mrs_simulator.vehicles.team import Team
+from mrs_simulator.verdict.verdict import _compare
 
 # Points with held commands agree for gains below 2/(lambda_max Tc): 10 /s for two, 20/3 for three in a row.
 SCENARIO = """
@@ -374,3 +380,61 @@ def test_what_a_claim_has_to_spare_is_said_of_its_tolerance():
     content = {**parse_yaml(SCENARIO, "scenario"), "requirements": {}, "duration": 40}
     text = try_variation(content, "scenario.yaml", {}).text
     assert re.fullmatch(r"margin \+\S+ of the tolerance of .*\[.*\]", text), text
+
+
+def test_a_scenario_without_a_search_is_searched_within_its_theorem(tmp_path, capsys):
+    """Consensus agrees inside its hypotheses; with a wrong sign it does not, and that is found."""
+    (tmp_path / "my_wrong.py").write_text(WRONG)
+    content = {**parse_yaml(SCENARIO, "scenario"), "requirements": {}, "duration": 40}
+    del content["search"]
+    for protocol, code in (("consensus", 0), ("my_wrong.py:Wrong", 1)):
+        content["control"]["protocol"] = protocol
+        given = tmp_path / "given.yaml"
+        given.write_text(json.dumps(content))
+        options = "--runs", 25, "--optimiser", "random", "--no-shrink", "--formats", ""
+        assert run(break_, given, "--out", tmp_path / "out", *options) == code
+        said = capsys.readouterr()
+        assert "this varies: poses, edges, control.parameters.gain" in said.err
+    report = json.loads((tmp_path / "out" / "search.json").read_text())
+    assert report["variation"]["control.parameters.gain"] > 3.0, report
+
+
+WRONG = """
+from mrs_simulator.protocols.consensus.law import Consensus
+
+
+class Wrong(Consensus):
+    def pointMassLaw(self, hand):
+        return (-1.0 if self.gain > 3.0 else 1.0) * super().pointMassLaw(hand)
+"""
+
+
+def test_default_ranges_keep_to_what_parameters_and_bodies_allow():
+    scenario = load_scenario(scenario_path("displacement_formation"))
+    found = default_search(scenario)
+    x_min, y_min, x_max, y_max = found["poses"]["within"]
+    assert (scenario.poses[:, 0] > x_min).all() and (scenario.poses[:, 1] < y_max).all()
+    body = Team.from_scenario(scenario).kinds[0].body
+    assert found["poses"]["apart"] > 2.0 * max(body.front, body.rear)
+    assert search_from(found, "search").poses.within == (x_min, y_min, x_max, y_max)
+    spans = {
+        "a": (2.0, {}),
+        "b": (-1.0, {"high": -0.5}),
+        "c": (1.0, {"high": 2.0, "open_high": True}),
+    }
+    ranges = {
+        name: default_space._span(Parameter(name, value, **more), value)
+        for name, (value, more) in spans.items()
+    }
+    assert ranges["a"] == [0.4, 10.0] and ranges["b"] == [-5.0, -0.5]
+    assert ranges["c"][0] == 0.2 and 1.9 < ranges["c"][1] < 2.0
+
+
+@pytest.mark.parametrize(
+    "measured, relation, share",
+    [(3.0, "at most", 0.7), (12.0, "at most", -0.2), (0.02, "equal", 0.8), (0.3, "equal", -2.0)],
+)
+def test_a_margin_is_a_share_of_the_tolerance_or_of_a_bound(measured, relation, share):
+    bound, tolerance = (10.0, 1e-6) if relation == "at most" else (0.0, 0.1)
+    check = _compare("name", bound, measured, tolerance, relation)._asdict()
+    assert share_of(check) == pytest.approx(share, rel=1e-5)

@@ -17,6 +17,7 @@ from mrs_simulator.study.draw.style import add_look, look_of
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search
+from mrs_simulator.study.search.default_space import default_search
 from mrs_simulator.study.search.space import Space, varied_scenario
 from mrs_simulator.verdict.requirements.results import line_of
 
@@ -71,14 +72,21 @@ def add_search(parser):
     parser.add_argument("--vary", action="append", default=[], metavar="KEY=RANGE", help=text)
 
 
-def opened(arguments):
-    """Return the ``Search`` that the ``arguments`` of :func:`add_search` ask for."""
+def opened(arguments, default=None):
+    """Return the ``Search`` that the ``arguments`` of :func:`add_search` ask for.
+
+    ``default(scenario)``: what varies where neither these nor the scenario say it.
+    """
     path = os.path.abspath(scenario_path(arguments.scenario))
     content = load_yaml(path)
     scenario = scenario_of_file(content, path)
     varied = {**content.get("search", {}), **dict(map(_varied, arguments.vary))}
+    unsaid = default is not None and not varied
+    if unsaid:
+        varied = default(scenario)
+        _report("the scenario has no search; this varies: {}".format(", ".join(varied)))
     space = Space(search_from(varied, path + ": search"), scenario.n, scenario.topology)
-    options = arguments.jobs, arguments.scheduler, _report
+    options = arguments.jobs, arguments.scheduler, _report, unsaid
     return Search(content, path, space, *options)
 
 
@@ -103,7 +111,7 @@ def optimiser_of(wanted):
 
 def break_scenario(arguments):
     """Search and write what was found; return the exit code."""
-    search, (look, formats) = opened(arguments), look_of(arguments)
+    search, (look, formats) = opened(arguments, default_search), look_of(arguments)
     optimiser = optimiser_of(arguments.optimiser)
     os.makedirs(arguments.out, exist_ok=True)
     search.nominal()

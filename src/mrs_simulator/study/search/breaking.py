@@ -35,9 +35,12 @@ class Found(NamedTuple):
 class Search:
     """Runs of one scenario's content, counted."""
 
-    def __init__(self, content, path, space, jobs=None, scheduler="", report=None):
-        """``report(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps."""
-        self.content, self.path, self.space = content, path, space
+    def __init__(self, content, path, space, jobs=None, scheduler="", report=None, within=False):
+        """``report(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps.
+
+        ``within``: outside of a theorem's hypotheses nothing counts as broken.
+        """
+        self.content, self.path, self.space, self._within = content, path, space, within
         self._scheduler = scheduler
         self._report = report or (lambda text: None)
         self.runs, self.errors = 0, {}
@@ -55,7 +58,7 @@ class Search:
 
     def tried(self, variations, until=None):
         """Return the ``Trial`` of each of ``variations``, in parallel."""
-        tasks = [(self.content, self.path, each, until) for each in variations]
+        tasks = [(self.content, self.path, each, until, self._within) for each in variations]
         if self._scheduler:
             done = on_cluster(try_variation, tasks, self._scheduler)
         else:

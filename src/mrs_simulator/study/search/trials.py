@@ -10,6 +10,7 @@ from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.study.search.space import content_with
 from mrs_simulator.verdict.requirements.results import known_bound
+from mrs_simulator.verdict.verdict import HOLDS, margin_of
 
 LAW = "law"  # the name under which a law that raises breaks a run
 SLOPE = 0.5  # [-] weight of the mean of the smallest margins
@@ -57,23 +58,24 @@ class Trial(NamedTuple):
         return self.value < 0.0
 
 
-def try_variation(content, path, variation, until=None):
+def try_variation(content, path, variation, until=None, within=False):
     """Return the ``Trial`` of the scenario's ``content`` with a ``variation``.
 
-    ``path``: the scenario's file; ``until`` [s]: a shorter duration.
+    ``path``: the scenario's file; ``until`` [s]: a shorter duration; ``within``: claims are broken only
+    where all conditions of the theorem hold.
     """
     try:
         changed = content_with(content, variation, path)
         if until is not None:
             changed["duration"] = until
-        return _trial(scenario_of_file(changed, path, "{} varied".format(path)))
+        return _trial(scenario_of_file(changed, path, "{} varied".format(path)), within)
     except (ScenarioError, ValueError, OSError) as error:
         return Trial(math.inf, error=named(error))
 
 
-def _trial(scenario):
+def _trial(scenario, within):
     if not scenario.requirements:
-        return _of_claims(scenario)
+        return _of_claims(scenario, within)
     experiment, failed = Experiment(scenario), None
     try:
         for _ in experiment.samples():
@@ -114,9 +116,11 @@ def _spare(result):
     return NEUTRAL if known is None else max(known, 0.0)
 
 
-def _of_claims(scenario):
+def _of_claims(scenario, within):
     """Return the ``Trial`` of the protocol's own claims: what they have to spare of their tolerances."""
     study = simulate(scenario)
+    if within and any(is_outside(each) for each in study.verdict["checks"]):
+        return Trial(NEUTRAL)
     judged = [each for each in study.verdict["checks"] if each["passed"] is not None]
     spares = {each["name"]: share_of(each) for each in judged}
     worst = Trial(NEUTRAL, spares=spares)
@@ -128,12 +132,22 @@ def _of_claims(scenario):
     return worst
 
 
+def is_outside(check):
+    """Return whether a ``check`` is a condition of the theorem that does not hold."""
+    return check["predicted"] == HOLDS and check["measured"] != HOLDS
+
+
 def share_of(check):
-    """Return the share of its tolerance that a ``check`` has to spare, negative where it failed."""
-    difference, tolerance = check["difference"], check["tolerance"]
-    share = NEUTRAL
-    if difference is not None and tolerance:
-        share = 1.0 - abs(difference) / tolerance
+    """Return the share of its tolerance that a ``check`` has to spare, negative where it failed.
+
+    Of a bound, from which a run may be far, the share of the bound itself where that is larger.
+    """
+    margin, share = margin_of(check), NEUTRAL
+    if margin is not None and check["tolerance"]:
+        size = check["tolerance"]
+        if check["note"].split(", ")[0] in ("at most", "at least"):
+            size = max(size, abs(check["predicted"]))
+        share = margin / size
     if check["passed"]:
         return max(share, 1e-9)
     return min(share, -1e-9) if share < NEUTRAL else -NEUTRAL

@@ -1,5 +1,6 @@
 """Which sensors each robot has: its kind's mounts, as the scenario changes them."""
 
+import functools
 import keyword
 import math
 import re
@@ -44,7 +45,9 @@ def fitted_mounts(team, changes=()):
         meant = tuple(k for k, change in enumerate(changes) if change.concerns(row + 1))
         key = kind, meant
         if key not in found:
-            found[key] = _of_robot(kind, [changes[k] for k in meant], row + 1)
+            found[key] = (
+                _of_robot(kind, [changes[k] for k in meant], row + 1) if meant else _own(kind)
+            )
         result.append(found[key])
     return tuple(result)
 
@@ -53,6 +56,12 @@ def spare_mounts(kind):
     """Return the ``Mount`` tuple of the places for sensors that a robot of ``kind`` has without one."""
     contents, where, off = _declared(kind)
     return tuple(read_mount(name, contents[name], where[name]) for name in contents if name in off)
+
+
+@functools.lru_cache(maxsize=64)
+def _own(kind):
+    """Return the ``Mount`` tuple of a ``kind`` without changes."""
+    return _of_robot(kind, (), 1)
 
 
 def _of_robot(kind, changes, number):

@@ -9,8 +9,12 @@ For a straight line parallel to the x axis with separation ``c``, robot i belong
 which is ``alpha_{i+1} + (c, 0)`` where i receives only from i+1.  A robot without neighbours stands still.
 """
 
+import functools
+
 import numpy as np
 
+from mrs_simulator.core.compiled_terms import linked
+from mrs_simulator.core.compiling import is_wanted, jit, same_bits
 from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
@@ -21,6 +25,7 @@ from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")
 MOST_STEPS = 10**9  # [-] of the law that are looked ahead for when it settles
+WORTH = 20000  # [-] steps: runs that are so long are compiled, too
 SMALL_TEAM = 200  # [-] robots, whose powers of a matrix cost little
 MOST_ROBOT_STEPS = 10**7  # [-] the same times robots: some seconds of arithmetic
 
@@ -97,12 +102,54 @@ def predict(hand, offsets, topology, k, steps):
 
 def predicted_after(steps, hand, offsets, topology, k):
     """Return the hand points of (5) after each of so many ``steps`` (m,), (m, n, d) [m]."""
-    track, done = np.empty((len(steps),) + hand.shape), 0
-    for row in np.argsort(steps, kind="stable").tolist():
-        for _ in range(done, int(steps[row])):
+    track, order = np.empty((len(steps),) + hand.shape), np.argsort(steps, kind="stable")
+    counts = np.diff(np.asarray(steps)[order], prepend=0).astype(int)
+    loop = _loop_of(topology, counts)
+    if loop is not None:
+        track[order] = loop(hand, offsets, topology.sole_senders, k, counts)
+        return track
+    for row, count in zip(order.tolist(), counts.tolist()):
+        for _ in range(count):
             hand = hand - k * target_errors(hand, offsets, topology)
-        track[row], done = hand, int(steps[row])
+        track[row] = hand
     return track
+
+
+def _loop_of(topology, counts):
+    """Return the compiled :func:`looked_up_steps` where it has the same bits and pays, else None."""
+    if topology.sole_senders is None or is_wanted():  # of which edges' sums have bits of their own
+        return None
+    return same_bits(compiled_steps, WORTH, int(counts.sum()))
+
+
+def looked_up_steps(hand, offsets, senders, k, counts):
+    """Return ``hand`` (n, d) after each of ``counts`` (m,) steps of (5), one after the other, (m, n, d).
+
+    Each hears one of the ``senders`` (n,), or itself.
+    """
+    hand, apart, track = hand.copy(), np.empty(hand.shape), np.empty((len(counts),) + hand.shape)
+    for row in range(len(counts)):
+        for _ in range(counts[row]):
+            for i in range(len(hand)):
+                for axis in range(hand.shape[1]):
+                    apart[i, axis] = hand[i, axis] - offsets[i, axis]
+            for i in range(len(hand)):
+                for axis in range(hand.shape[1]):
+                    hand[i, axis] -= k * (apart[i, axis] - apart[senders[i], axis])
+        track[row] = hand
+    return track
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_steps():
+    """Return :func:`looked_up_steps`, compiled; ``ValueError`` without numba."""
+    loop = linked(looked_up_steps, jit(cache=True))
+
+    def steps(hand, offsets, senders, k, counts):
+        arrays = np.ascontiguousarray(hand), np.ascontiguousarray(offsets), np.array(senders)
+        return loop(*arrays, float(k), counts)
+
+    return steps
 
 
 def limit(hand, offsets, topology):

@@ -12,10 +12,7 @@ from mrs_simulator.core.claims import proved
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.protocols import HOMES
-from mrs_simulator.protocols.loading import (
-    from_anywhere,
-    load_protocol,
-)
+from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
@@ -25,7 +22,7 @@ from mrs_simulator.study.draw.style import Look, add_look, look_of
 from mrs_simulator.study.draw.video import add_video, check_video, write_video
 from mrs_simulator.study.results.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.results.ro_crate import CRATE_FILE
-from mrs_simulator.study.results.stamp import stamp_of
+from mrs_simulator.study.results.stamp import portable_yaml, stamp_of
 from mrs_simulator.study.run.sensor_files import FILE
 from mrs_simulator.verdict.certificates import certificate_curves
 from mrs_simulator.verdict.judging import judged
@@ -81,7 +78,7 @@ def is_result(name):
 def write_scenario(scenario, out):
     """Write ``scenario.yaml`` to ``out``, so that it can be run, or reported on, again; return its path."""
     path = os.path.join(out, SCENARIO_FILE)
-    write_text(path, from_anywhere(scenario).to_yaml())
+    write_text(path, portable_yaml(scenario))
     return path
 
 

@@ -31,6 +31,18 @@ def digest(path):
     return content.hexdigest()
 
 
+_newest = [(None, "")]  # a scenario and its text: YAML takes some ms to write
+
+
+def portable_yaml(scenario):
+    """Return ``scenario`` as YAML text that means the same from anywhere."""
+    known, text = _newest[0]
+    if known is not scenario:
+        text = from_anywhere(scenario).to_yaml()
+        _newest[0] = scenario, text
+    return text
+
+
 def stamp_of(scenario):
     """Return the hash of ``scenario`` and its :func:`input_files` as figures carry it, "" without one.
 
@@ -38,7 +50,7 @@ def stamp_of(scenario):
     """
     if scenario is None:
         return ""
-    files, text = input_files(scenario), from_anywhere(scenario).to_yaml()
+    files, text = input_files(scenario), portable_yaml(scenario)
     for path in files:
         text = text.replace(path, os.path.basename(path))
     whole = [hashlib.sha256(text.encode("utf-8")).hexdigest(), *sorted(map(digest, files))]

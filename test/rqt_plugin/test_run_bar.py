@@ -564,3 +564,11 @@ def test_a_widget_that_may_be_cut_off_does_not_ask_for_width(app):
     app.processEvents()
     assert box.minimumSizeHint().width() == 0 and label.width() == 200
     box.close()
+
+
+def test_the_button_that_runs_says_for_how_long(app, study):
+    shown(app, study, 1022, 700)
+    for duration, text in ((60.0, "Run 60 s"), (7.5, "Run 7.5 s"), (3600.0, "Run 3600 s")):
+        study.show_scenario(study.scenario._replace(duration=duration))
+        study.status_line.show_possible()
+        assert study.bar.button("run").text().endswith(text)

@@ -286,6 +286,13 @@ class RunBar(QWidget):
         self._absent.update(name for name in absent if name in self._buttons)
         self._fold()
 
+    def set_duration(self, duration):
+        """Show that a run lasts for ``duration`` [s]."""
+        lasts = "\u25b6 Run {:g} s".format(duration)
+        if self._buttons["run"].text() != lasts:
+            self._buttons["run"].setText(lasts)
+            self._fold()
+
     def set_paused(self, paused):
         """Show what the pause button would do now."""
         self._buttons["pause"].setText("Go on" if paused else "Pause")

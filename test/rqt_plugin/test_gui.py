@@ -659,3 +659,26 @@ def test_one_click_runs_the_scenario_over_ros_and_another_does_so_again(gui, tmp
     for run in runs:  # from where the scenario begins
         assert run.pose[0].tolist() == runs[0].pose[0].tolist()
         assert run.time[0] == 0.0 and run.time[-1] >= 1.8  # what a busy machine receives
+
+
+STILL = """
+from mrs_simulator import PioneerControl, make_twist
+
+
+class Still(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {number: make_twist(0.0, 0.0) for number in pos_map}
+"""
+NO_MOTION = """
+gui.protocol.take_file(sys.argv[2])
+until(lambda: gui.scenario.control.protocol == sys.argv[2])
+"""
+
+
+def test_a_run_over_ros_in_which_no_robot_moves_ends_after_its_duration(gui, tmp_path):
+    (tmp_path / "still.py").write_text(STILL)
+    gui(NO_MOTION + ONE_CLICK, tmp_path / "still.py")
+    for path in (tmp_path / ".local/share/mrs_simulator/runs").iterdir():
+        run = read_run(str(path))
+        assert run.time[-1] - run.time[0] >= 1.8 and (run.command == 0.0).all()
+        assert (run.pose == run.pose[0]).all() and not run.meta.get("uncommanded")

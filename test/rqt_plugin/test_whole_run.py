@@ -13,6 +13,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QLineEdit, QTableView
 
+from mrs_simulator.record.run_changes import ControllerRecord
 from mrs_simulator.rqt_plugin.window.pending import PendingTeam
 from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
 from mrs_simulator.scenario.scenario import load_scenario
@@ -174,6 +175,25 @@ def test_a_run_ends_after_its_duration_though_no_robot_moves(begun):
         study.connection.snapshot.return_value = SimpleNamespace(time=time)
         whole.follow()
         assert results.judge.called == ended
+
+
+@pytest.mark.parametrize("since", [None, 3.0])
+def test_a_run_that_no_program_records_begins_with_its_controller_where_no_robot_moves(since):
+    study, results, applied = MagicMock(), MagicMock(), ControllerRecord()
+    study.is_controlled.return_value = True
+    if since is not None:
+        applied.note(since, {})
+    history = SimpleNamespace(
+        begun=None, time=[1.0], cleared=2, scenario=None, recorded=None, applied=applied
+    )
+    study.scenario.duration = 5.0
+    whole = WholeRun(study, history, results, MagicMock(), lambda said: None)
+    whole._wait_for("end")
+    begun = 4.0 if since is None else since  # when the controller was first seen
+    for time, ended in ((4.0, False), (begun + 4.9, False), (begun + 5.0, True)):
+        study.connection.snapshot.return_value = SimpleNamespace(time=time)
+        whole.follow()
+        assert results.judge.called == ended and history.begun == (begun if ended else None)
 
 
 def test_after_a_refused_start_run_is_free_at_once():

@@ -65,6 +65,10 @@ class ControllerRecord:
         """Keep the settings in force alone, for any time to come."""
         self._published = [(-math.inf, settings) for _, settings in self._published[-1:]]
 
+    def since(self, otherwise):
+        """Return when [s] the first controller of this run published its settings, else ``otherwise``."""
+        return next((stamp for stamp, _ in self._published if math.isfinite(stamp)), otherwise)
+
     def hand_length(self, otherwise):
         """Return the distance l [m] of the controlled points, ``otherwise`` if unknown."""
         control = self._published[-1][1].get("control", {}) if self._published else {}

@@ -29,6 +29,7 @@ class WholeRun:
         """``results``: the ``Results``; ``team``: the ``PendingTeam``; ``say``: shows a message."""
         self._study, self._history, self._results, self._say = study, history, results, say
         self._team = team
+        self._stood = None  # [s] since when a controller has been there that moves no robot
         self._waits, self._since = "", 0.0  # for what, and since when, "" while no run is under way
         self._cleared = 0  # times that the history had been cleared when a run was asked for
 
@@ -52,7 +53,7 @@ class WholeRun:
         why = self.no_run()
         if why:
             return ErrorMessage("no run: " + why)
-        self._cleared = self._history.cleared
+        self._cleared, self._stood = self._history.cleared, None
         connection = self._study.connection
         if not connection.is_fresh("stage"):
             said = self._study.do(WHOLE, speed)
@@ -101,6 +102,17 @@ class WholeRun:
             self._say(ErrorMessage(LATE.format(STARTING[self._waits], START_LIMIT)))
             self._waits = ""
 
+    def _begun(self, snapshot):
+        """Return when the run began, [s]; with the controller where no robot was ever moved."""
+        history = self._history
+        if history.begun is not None or not len(history.time):
+            return history.begun
+        if history.recorded is not None:  # from its beginning
+            return history.time[0]
+        if self._stood is None and snapshot is not None:
+            self._stood = max(history.time[0], history.applied.since(snapshot.time))
+        return self._stood
+
     def _follow_run(self):
         connection, history = self._study.connection, self._history
         if (
@@ -114,14 +126,13 @@ class WholeRun:
             self._waits = ""  # stopped, or failed: messages say why
             return
         snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
-        begun = history.begun
-        if begun is None and history.recorded is not None and len(history.time):
-            # Of a law that never moves a robot, recorded from its beginning.
-            begun = history.time[0]
+        begun = self._begun(snapshot)
         if begun is None or snapshot is None:
             return
         if snapshot.time - begun >= ran.duration - ENOUGH:
             self._waits = ""
+            if history.recorded is None:
+                history.begun = begun  # the controller has commanded the robots to stand
             if not connection.newest("stage").paused:
                 self._study.do("pause")
             self._results.judge()

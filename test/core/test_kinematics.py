@@ -96,6 +96,26 @@ def test_yaw_of_a_robot_that_rolls(sign):
     assert kin.yaw(0.0, 0.0, sign * 1.0, 0.0) == pytest.approx(math.pi)
 
 
+def test_a_heading_comes_back_from_its_quaternion_to_the_bit():
+    random = np.random.default_rng(0)
+    small = random.uniform(-1.0, 1.0, 20000) * 10.0 ** random.uniform(-12.0, 0.0, 20000)
+    special = [
+        np.pi,
+        -np.pi,
+        0.0,
+        0.5 * np.pi,
+        0.236166700523017,
+        -0.12499672993798529,
+        0.16455275477351236,
+    ]
+    for theta in [*random.uniform(-np.pi, np.pi, 40000).tolist(), *small.tolist(), *special]:
+        z, w = kin.turn_about_z(theta)
+        assert kin.heading_about_z(z, w) == theta and abs(math.hypot(z, w) - 1.0) < 1e-15
+        assert kin.yaw(0.0, 0.0, z, w) == pytest.approx(theta, abs=1e-15)
+    assert kin.heading_about_z(-1.0, -0.0) == math.pi
+    assert kin.heading_about_z(-0.6, -0.8) == kin.heading_about_z(0.6, 0.8)
+
+
 def test_compose_and_wrap():
     origin = np.array([[1.0, 2.0, math.pi / 2.0]])
     pose = np.array([[1.0, 0.0, math.pi]])

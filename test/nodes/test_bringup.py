@@ -40,6 +40,17 @@ class Circle(PioneerControl):
 """
 
 
+SWAYING = """
+import numpy as np
+from mrs_simulator import PioneerControl
+
+class Swaying(PioneerControl):
+    def pointMassLaw(self, hand):
+        sway = 0.2 * np.array([np.cos(3.0 * self.time), np.sin(self.time)])
+        return sway - 0.1 * self.topology.laplacian() @ hand
+"""
+
+
 def launch(ros, out, *arguments, limit=240, name="launch", directory=None):
     """Run the launch file to its end; return the verdict."""
     command = ["roslaunch", "mrs_simulator", "simulation.launch", "out:=" + str(out)]
@@ -371,3 +382,17 @@ def test_external_poses_can_be_rehearsed_with_odometry_from_zero(ros, tmp_path):
     # Both are of a robot that moves at 0.75 m/s at most, at other times: the latest it stands.
     probe.wait("abs({} - state('x')[1]) < 0.5".format(x))
     probe.wait("max(control('command_v') or [0]) > 0.0 and control('trouble') == ''")
+
+
+def test_a_run_in_lockstep_has_the_bytes_of_one_without_ros(ros, tmp_path):
+    """Times are whole steps of the world again, and headings those that quaternions were made of."""
+    (tmp_path / "my_swaying.py").write_text(SWAYING)
+    given = tmp_path / "three.yaml"
+    given.write_text(
+        "{poses: [[0, 0, 0.3], [3, 0.4, 2], [1, 2, -1]], topology: {preset: path}, duration: 3,"
+        " control: {protocol: my_swaying.py, rate: 50}}"
+    )
+    launch(ros, tmp_path / "over", "scenario:=" + str(given), "speed:=0")
+    run_experiment(load_scenario(given), str(tmp_path / "alone"), formats=())
+    over, alone = (text_of(tmp_path / name / "run.csv") for name in ("over", "alone"))
+    assert over == alone and over.count("\n") == 1 + 3 * 31

@@ -32,6 +32,21 @@ HAND_LENGTH = Parameter(
 
 # [rad] changes no turn that is one; sin(TINY_ANGLE)/TINY_ANGLE is 1, where sin(0)/0 is no number.
 TINY_ANGLE = 1.2345678e-300
+DIGITS = (
+    0,
+    1,
+    -1,
+    2,
+    -2,
+    3,
+    -3,
+    4,
+    -4,
+    5,
+    -5,
+    6,
+    -6,
+)  # [-] last ones, by which a quaternion is moved
 
 
 class Limits(NamedTuple):
@@ -75,6 +90,31 @@ def wrap_angle(angle):
 def yaw(x, y, z, w):
     """Return the heading [rad] in [-pi, pi] of a unit quaternion, whatever its roll and pitch; floats."""
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def turn_about_z(theta):
+    """Return z and w of the unit quaternion of ``theta`` [rad], whose :func:`heading_about_z` is theta.
+
+    To the bit in [-pi, pi]: they are moved by some last digits where sine and cosine miss it.
+    """
+    half = 0.5 * theta
+    z, w = math.sin(half), math.cos(half)
+    if math.atan2(z, w) == half:
+        return z, w
+    z_digit, w_digit = float(np.spacing(z)), float(np.spacing(w))
+    for fine in DIGITS:  # those of w move a small turn by less
+        for coarse in DIGITS:
+            moved = z + coarse * z_digit, w + fine * w_digit
+            if math.atan2(*moved) == half:
+                return moved
+    return z, w
+
+
+def heading_about_z(z, w):
+    """Return the heading [rad] in [-pi, pi] of a quaternion with these z and w, and x and y of 0."""
+    if w < 0.0 or (w == 0.0 and z < 0.0):  # the same turn
+        z, w = -z, -w
+    return 2.0 * math.atan2(z, w)
 
 
 def cos_sin(angle):

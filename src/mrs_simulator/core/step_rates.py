@@ -4,12 +4,22 @@ What is to happen at a rate f happens every ``m`` steps of h, ``m = max(1, round
 rate ``1/(m h)``, which :func:`rate_note` reports where it differs.
 """
 
+STAMPED = 2e-9  # [s] by which a difference of two stamps of whole nanoseconds may be off
 TOLERANCE = 0.01  # [-] by which a rate may differ without a note
 
 
 def steps_between(rate, step):
     """Return the whole number of steps of ``step`` [s] from one time to the next at ``rate`` [Hz]."""
     return max(1, int(round(1.0 / (rate * step))))
+
+
+def on_steps(time, step):
+    """Return ``time`` [s] as a world counts it, ``k * step`` [s], where a stamp's rounding alone differs.
+
+    Elsewhere ``time`` itself.
+    """
+    counted = round(time / step) * step
+    return counted if abs(counted - time) <= STAMPED else time
 
 
 def rate_note(what, rate, step):

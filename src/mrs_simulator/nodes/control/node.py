@@ -10,6 +10,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.control.user_code import CallFailed, TimedOut
+from mrs_simulator.core.step_rates import on_steps
 from mrs_simulator.nodes.control.command_gate import CommandGate
 from mrs_simulator.nodes.control.command_times import CommandTimes
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
@@ -272,6 +273,8 @@ class ControlNode:
         begins = self._begun is None or now < self._acted
         self._acted = now
         since = 0.0 if begins else now - self._begun
+        # as a run without ROS counts it
+        since = on_steps(since, self.scenario.step) if self.lockstep else since
         # What was missing is there; the law may take its time all the same.
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
         # Odometry that comes between these lines makes an answer look older than it is, never newer.

@@ -12,6 +12,7 @@ import rospy
 from std_msgs.msg import String
 
 from mrs_simulator.control.user_code import call
+from mrs_simulator.core.step_rates import on_steps
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.nodes.record.sensor_source import SensorSource
@@ -156,8 +157,7 @@ class RunRecorder:
             if not sample.commanded.any() or self._is_driven_otherwise():
                 return
             self._begin(sample)
-        # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
-        self.elapsed = round(sample.time - self._start, 9)
+        self.elapsed = self._since_start(sample.time)
         if self._trace is not None and len(sample.pose) == self.scenario.n:
             self._trace.add(self._recorded(sample))
         if not self._is_due():
@@ -174,6 +174,12 @@ class RunRecorder:
         self._file.sample(self.elapsed, self._recorded(sample))
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
+
+    def _since_start(self, stamp):
+        """Return the time [s] of a ``stamp`` [s] since the run began, of a stage in whole steps."""
+        # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
+        since = round(stamp - self._start, 9)
+        return since if self.source.PACED else on_steps(since, self.scenario.step)
 
     def _recorded(self, sample):
         """Return ``sample`` with the points that the controller controls."""
@@ -209,7 +215,7 @@ class RunRecorder:
         if self._start is None:
             return None
         wall = time.monotonic() - self._wall_start
-        collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
+        collisions = [c._replace(time=self._since_start(c.time)) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = [*self.control.team.notes, *self._take_what_ran(meta)]
         if not self.source.PACED:
@@ -223,7 +229,7 @@ class RunRecorder:
         meta.update(self.source.meta())
         if not self.source.PACED:  # a stage's; nothing reports what moves among real robots
             meta.update(scene_facts(self.scenario.obstacles, scene_time(self._start)))
-        incidents = [i._replace(time=i.time - self._start) for i in self.source.incidents]
+        incidents = [i._replace(time=self._since_start(i.time)) for i in self.source.incidents]
         if incidents:
             meta["incidents"] = incidents
         if not self._moved:  # zeros are what a controller says that never began

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
-from mrs_simulator.core.kinematics import yaw
+from mrs_simulator.core.kinematics import heading_about_z, turn_about_z, yaw
 
 _LENGTH = struct.Struct("<I")
 _HEADER = struct.Struct("<III")  # seq, secs, nsecs
@@ -58,8 +58,7 @@ class PlanarOdometry(Odometry):
         x, y, theta = self.planar
         vx, vy, omega = self.body
         pose_covariance, twist_covariance = self._covariances
-        half = 0.5 * theta
-        pose = x, y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half)
+        pose = (x, y, 0.0, 0.0, 0.0, *turn_about_z(theta))
         twist = vx, vy, 0.0, 0.0, 0.0, omega
         if self.lift is not None:
             z, qx, qy, qz, qw, vz, wx, wy = self.lift
@@ -94,7 +93,9 @@ class PlanarOdometry(Odometry):
             raise genpy.DeserializationError(error) from None
         self.stamp, self.frame = genpy.Time(secs, nsecs), frame.decode("utf-8", "replace")
         self.length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-        self.planar, self.body = (x, y, yaw(qx, qy, qz, qw)), (vx, vy, omega)
+        is_planar = qx == qy == 0.0
+        theta = heading_about_z(qz, qw) if is_planar else yaw(qx, qy, qz, qw)
+        self.planar, self.body = (x, y, theta), (vx, vy, omega)
         self.z, self.lift = z, (z, qx, qy, qz, qw, vz, wx, wy)
         return self
 

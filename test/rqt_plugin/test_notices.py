@@ -249,7 +249,21 @@ def test_neither_a_banner_nor_a_mode_moves_the_map(make_study, app):
     assert lie.topLeft() == before[0] and lie.width() == before[1].width() and lie.height() > 40
     for mode in ("poses", "edges", "obstacles"):
         study.modes[mode].setChecked(True)
-        assert places() == before and study.map_panel.help.isVisible()
-        assert study.map_panel.help.geometry().bottom() == shown.height() - 1
+        help, hint = study.map_panel.help, study.map_panel.hint
+        assert places() == before and hint.isVisible() and help.isVisible() == (mode == "obstacles")
+        # The axis below can be read: its labels and its name.
+        line = shown.fontMetrics().height()
+        assert hint.geometry().bottom() <= shown.height() - 2.5 * line
+        assert hint.width() <= shown.frame.area.width() + 1 and hint.height() >= 0.8 * line
+        assert hint.testAttribute(Qt.WA_TransparentForMouseEvents)
     study.modes["look"].setChecked(True)
-    assert study.map_panel.help.isHidden()
+    assert study.map_panel.help.isHidden() and study.map_panel.hint.isHidden()
+
+
+def test_the_hint_on_edges_says_what_an_edge_of_this_graph_is(make_study, app):
+    study = active(make_study(), 1280, 800)
+    study.modes["edges"].setChecked(True)
+    for directed, said in ((False, "they become neighbours"), (True, "j receives from i")):
+        study.map.show_topology([(1, 2, 1.0)], directed)
+        assert said in study.map_panel.hint.text() and said in study.modes["edges"].toolTip()
+        assert ("receives" in study.map_panel.hint.text()) == directed

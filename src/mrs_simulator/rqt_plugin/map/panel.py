@@ -1,12 +1,15 @@
 """The map with its buttons: mouse modes and visible layers."""
 
 from mrs_simulator.rqt_plugin.ahead.bar import AheadBar
+from mrs_simulator.rqt_plugin.map.axes import plot_area
 from mrs_simulator.rqt_plugin.map.mode_menu import ModeMenu
 from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
 from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
 from mrs_simulator.rqt_plugin.map.scene import HINTS
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS
 from mrs_simulator.rqt_plugin.map.view import MapView
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QFrame,
@@ -32,7 +35,7 @@ MODES = (
     (
         "edges",
         "Edges",
-        "Drag from robot i to robot j: j receives from i. Click an edge to delete it",
+        "Drag from robot i to robot j: {}. Click an edge to delete it",
     ),
     (
         "ahead",
@@ -57,6 +60,8 @@ SHOWN = (
         "selected".format(MOST_ROBOTS),
     ),
 )
+DIRECTED = {True: "j receives from i", False: "they become neighbours"}  # what an edge is
+HINT_ALPHA = 190  # [-] of 255, of the colour of the window below a hint
 HIDDEN = ("sensors",)  # at first: sensors are subscribed to only while shown
 TIPS = {mode: tip for mode, _, tip in MODES}
 
@@ -72,6 +77,7 @@ class MapPanel(QWidget):
         self.obstacles, self.ahead = ObstacleFields(self.map), AheadBar()
         self._build_help()
         self.map.changed.connect(self._on_changed)
+        self.map.directed_changed.connect(guarded(lambda: self._say_hint(self.map.mode)))
         self._build_modes()
         self._build_shown()
         self._build_trail()
@@ -102,14 +108,15 @@ class MapPanel(QWidget):
             row.addWidget(button)
             button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
             self.modes[mode] = button
+        self._say_hint("look")
         self.modes["look"].setChecked(True)
         self.lesser = ModeMenu(self.modes)
         self.lesser.fold(True)  # lest a narrow window is widened before it is first shown
         row.addWidget(self.lesser)
 
     def _build_help(self):
-        """Build what a mode offers, over the lower axis of the map, whose view stays as it is."""
-        self.help, self.hint = QFrame(self.map), QLabel()
+        """Build what modes offer, over the map's lower axis, and their hints, above it; the view stays."""
+        self.help, self.hint = QFrame(self.map), QLabel(self.map)
         self.help.setAutoFillBackground(True)
         self.help.setFrameShape(QFrame.StyledPanel)
         self.hint.setWordWrap(True)
@@ -118,16 +125,41 @@ class MapPanel(QWidget):
         column.setSpacing(1)
         column.addWidget(self.obstacles)
         column.addWidget(self.ahead)
-        column.addWidget(self.hint)
-        Overlay(self.help, self.map, below=True)
+        Overlay(self.help, self.map, self.map.rect)
+        # What lies below a hint can be seen, and clicked.
+        self.hint.setMargin(2)
+        self._tint_hint()
+        self.hint.setAttribute(Qt.WA_TransparentForMouseEvents)
+        self._over = Overlay(self.hint, self.map, lambda: plot_area(self.map).toRect())
         self._show_help("look")
+
+    def _tint_hint(self):
+        """Give the hint the window's colour, through which the map is seen."""
+        palette, ground = self.hint.palette(), self.palette().color(QPalette.Window)
+        ground.setAlpha(HINT_ALPHA)
+        palette.setColor(QPalette.Window, ground)
+        self.hint.setPalette(palette)
+        self.hint.setAutoFillBackground(True)
+
+    def changeEvent(self, event):
+        """Follow the theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.PaletteChange and hasattr(self, "hint"):
+            self._tint_hint()
 
     def _show_help(self, mode):
         self.obstacles.setVisible(mode == "obstacles")
         self.ahead.setVisible(mode == "ahead")
         self.hint.setVisible(bool(HINTS[mode]))
-        self.hint.setText(HINTS[mode])
-        self.help.setVisible(bool(HINTS[mode]) or mode == "ahead")
+        self._say_hint(mode)
+        self.help.setVisible(mode in ("obstacles", "ahead"))
+
+    def _say_hint(self, mode):
+        edges = DIRECTED[self.map.edges.directed]
+        self.hint.setText(HINTS[mode].format(edges))
+        self._over.place()
+        if "edges" in self.modes:
+            self.modes["edges"].setToolTip(TIPS["edges"].format(edges))
 
     def _build_shown(self):
         for name, text, tip in SHOWN:

@@ -17,7 +17,7 @@ from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.team import MapTeam, resting
 from mrs_simulator.rqt_plugin.map.trails import Trails, trails_of
-from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at, scene_time
@@ -27,7 +27,7 @@ HINTS = {
     "look": "",
     "poses": "Drag to move (Ctrl: to 0.5 m), with Shift to turn.  Shift-drag on the floor or Ctrl-click to "
     "select several; right button: arrange",
-    "edges": "Drag from robot i to robot j: j receives from i.  Click on an edge to remove it",
+    "edges": "Drag from robot i to j: {}. Click on an edge: remove it",  # what that means
     "ahead": "",
     "push": "Drag a robot to push it; it is held until you let go. The run and its verdict know of it",
     "measure": "Drag from one point or robot to another; robots are followed",
@@ -41,6 +41,8 @@ LAYERS = ("trails", "forecast", "targets", "edges", "numbers", "legend")
 
 class MapScene(QWidget):
     """Robots, targets, trails, obstacles and edges in the plane; robots are numbered from 1."""
+
+    directed_changed = Signal()  # whether the graph's edges have a direction
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -259,8 +261,10 @@ class MapScene(QWidget):
 
     def show_topology(self, edges, directed=True):
         """Show ``edges``, a list of (i, j, weight): robot i receives from robot j."""
-        self.edges = Edges(edges, directed)
+        turned, self.edges = directed != self.edges.directed, Edges(edges, directed)
         self.update()
+        if turned:
+            self.directed_changed.emit()
 
     def show_obstacles(self, obstacles, own=0):
         """Show ``obstacles``, ``Box`` and ``Cylinder``, the first ``own`` of which may be edited."""

@@ -10,10 +10,13 @@ GROWS = (QEvent.LayoutRequest, QEvent.Show)
 class Overlay(QObject):
     """Places ``widget`` along an edge of ``floor``, as high as it needs to be."""
 
-    def __init__(self, widget, floor, below=False):
-        """``widget``: its parent contains ``floor``, or is that; ``below``: along the lower edge."""
+    def __init__(self, widget, floor, area=None):
+        """``widget``: its parent contains ``floor``, or is that.
+
+        ``area()``: the ``QRect`` of ``floor`` along whose lower edge it is; None: the upper edge of all.
+        """
         super().__init__(widget)
-        self._widget, self._floor, self._below = widget, floor, below
+        self._widget, self._floor, self._area = widget, floor, area
         widget.setAttribute(Qt.WA_NoMousePropagation)
         widget.setCursor(Qt.ArrowCursor)
         widget.installEventFilter(self)
@@ -32,9 +35,17 @@ class Overlay(QObject):
     def place(self):
         """Put the widget in its place."""
         corner = self._floor.mapTo(self._widget.parentWidget(), QPoint(0, 0))
-        width, layout = self._floor.width(), self._widget.layout()
-        high = layout.totalHeightForWidth(width) if layout.hasHeightForWidth() else -1
-        high = layout.totalSizeHint().height() if high < 0 else high
-        down = self._floor.height() - high if self._below else 0
-        self._widget.setGeometry(corner.x(), corner.y() + down, width, high)
+        area = self._floor.rect() if self._area is None else self._area()
+        width = area.width()
+        high = self._high(width)
+        down = 0 if self._area is None else area.bottom() + 1 - high
+        self._widget.setGeometry(corner.x() + area.x(), corner.y() + down, width, high)
         self._widget.raise_()
+
+    def _high(self, width):
+        """Return how high [px] the widget needs to be."""
+        layout = self._widget.layout()
+        if layout is None:
+            return self._widget.heightForWidth(width)
+        high = layout.totalHeightForWidth(width) if layout.hasHeightForWidth() else -1
+        return layout.totalSizeHint().height() if high < 0 else high

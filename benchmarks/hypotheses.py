@@ -29,11 +29,9 @@ import numpy as np
 from claims import ARMED, SCENARIOS
 
 from mrs_simulator.core.compiling import VARIABLE
+from mrs_simulator.study.search import default_space
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-GROWN = 1.5  # [-] times the size of the box of a scenario's own places
-LEAST = 2.0  # [m] sides of a box
-APART = 0.3  # [m] between two points, at least
 # Boxes (x_min, y_min, x_max, y_max) [m] of theorems that hold from some places alone, by protocol.
 BOXES = {"rendezvous": [-1.3, -1.3, 1.3, 1.3], "limited_visibility": [-3.0, -3.0, 3.0, 3.0]}
 # The first so many robots stay where the scenario has them: leaders that have to fit the shape.
@@ -66,7 +64,7 @@ def start(scenario, name, seed):
     places = list(kept[:, :2])
     while len(places) < scenario.n:
         place = random.uniform(box[:2], box[2:])
-        if all(np.hypot(*(place - each)) >= APART for each in places):
+        if all(np.hypot(*(place - each)) >= default_space.FREE for each in places):
             places.append(place)
     headings = random.uniform(-np.pi, np.pi, scenario.n)
     headings[: len(kept)] = kept[:, 2]
@@ -91,13 +89,7 @@ def points(scenario, name):
 
 def box_of(scenario, name):
     """Return the box (x_min, y_min, x_max, y_max) [m] of the starts of the protocol ``name``."""
-    return BOXES.get(name) or _box(scenario.poses)
-
-
-def _box(poses):
-    low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
-    half = np.maximum(0.5 * GROWN * (high - low), 0.5 * LEAST)
-    return [*(0.5 * (low + high) - half), *(0.5 * (low + high) + half)]
+    return BOXES.get(name) or default_space.box_of(scenario.poses)
 
 
 def run(task):

@@ -77,7 +77,7 @@ def search_of(scenario, path):
 
     box = [float(each) for each in hypotheses.box_of(scenario, scenario.control.protocol)]
     varied = default_space.default_search(scenario)
-    varied["poses"] = {"within": box, "apart": hypotheses.APART}
+    varied["poses"] = {"within": box, "apart": default_space.FREE}
     if "edges" in varied:
         varied["edges"] = {"cut": CUT, "add": ADDED}
     what = space.Space(search_from(varied, path), scenario.n, scenario.topology)

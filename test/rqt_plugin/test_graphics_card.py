@@ -13,6 +13,7 @@ from mrs_simulator.pictures.instances import NOSE, instances, triangles
 from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.pictures.solids import kind_model
 from mrs_simulator.rqt_plugin.map.team import resting
+from mrs_simulator.rqt_plugin.view import canvas as canvases
 from mrs_simulator.rqt_plugin.view.canvas import Canvas
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
@@ -50,13 +51,15 @@ def test_robots_of_known_pose_and_obstacles_are_placed():
 class Card:
     """In place of a ``GraphicsCard``: pictures of one colour."""
 
-    def __init__(self, wrong=False):
-        self.wrong, self.sizes = wrong, []
+    def __init__(self, wrong=False, is_software=False):
+        self.wrong, self.is_software = wrong, is_software
+        self.sizes, self.fine = [], []
 
     def suits(self, scene):
         return not scene.edges
 
-    def picture(self, _scene, _camera, size, _palette):
+    def picture(self, _scene, _camera, size, _palette, is_fine):
+        self.fine.append(is_fine)
         if self.wrong:
             raise RuntimeError("the driver is gone")
         self.sizes.append(tuple(size))
@@ -82,3 +85,20 @@ def test_the_view_takes_the_cards_picture_and_paints_where_there_is_none():
     canvas.show_scene(scene(numbered=False))
     canvas._card = Card(wrong=True)
     assert corner_of(canvas) == painted and canvas._card is None
+
+
+def test_by_software_edges_are_smooth_once_the_picture_stands_still(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(canvases.time, "monotonic", lambda: now[0])
+    canvas = Canvas()
+    canvas.resize(300, 200)
+    for is_software in (True, False):
+        canvas._card = card = Card(is_software=is_software)
+        canvas.show_scene(scene(numbered=False))
+        canvas.grab()
+        assert canvas._refining.isActive() == is_software
+        assert set(card.fine) == {not is_software}
+        now[0] += canvases.STILL_FOR
+        canvas._refining.stop()
+        canvas.grab()
+        assert card.fine[-1] and not canvas._refining.isActive()

@@ -459,7 +459,7 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
     assert received(1.0) == 1.0
     study.map.cost = 1e4  # [s]
     assert received(2.0) == 1.0
-    study.map.cost = 0.0
+    study.map.cost = study.map.spent = 0.0
     assert received(3.0) == 3.0
 
 
@@ -468,7 +468,7 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
         pose = np.array([[x, 0.0, 0.0], [3.0, 0.0, 0.0]])
         zeros = np.zeros((2, 3)), np.zeros((2, 2)), np.ones(2, dtype=bool)
         study.connection.snapshot.return_value = snapshot_of(time, (1, 2), pose, *zeros)
-        study.map.cost = 0.0
+        study.map.cost = study.map.spent = 0.0
         study._on_frame()
         return study.map.team.pose[0, 0]
 

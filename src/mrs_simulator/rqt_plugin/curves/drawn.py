@@ -1,5 +1,6 @@
 """Draws states of the team over time, and the formation error beside its prediction."""
 
+import math
 import time as clock
 
 import numpy as np
@@ -27,20 +28,31 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QWidget,
 )
 from mrs_simulator.rqt_plugin.run.history import History
+from mrs_simulator.rqt_plugin.widgets import pacing
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.draw.compared_panels import run_line
 
 PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
-MOST_DRAWING = 0.15  # of the time that redraws may take; beyond, they come less often
 ALL = "Robots whose curves are drawn, such as 1-3, 7; empty: all"
 FOLLOW = (
-    "The time axis ends at the newest sample.\n"
+    "The time axis goes on with the run.\n"
     "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
 )
 THIS, AHEAD, THEORY = "This run", "What if", "Theory"
 BOLD, PALE = 1.8, 0.35  # [-] width of curves picked out; opacity of the others
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
+# [s] of a run whose axis ends with it; [s], and [-] of about its length, that it then grows by
+SHORT, LEAST_STEP, STEPS = 5.0, 2.0, 8
+SMOOTH = 0.2  # [-] share of the newest in the mean cost of redraws, of which some are dear
 NO_RUN = "No run yet: Run (F5) starts one"
+
+
+def _ahead_of(end):
+    """Return ``end`` [s], or a little more: an axis that stays need not be drawn anew."""
+    if end <= SHORT:
+        return end
+    step = max(LEAST_STEP, 2.0 ** math.floor(math.log2(end)) / STEPS)
+    return step * math.ceil(end / step - 1e-6)
 
 
 class _Canvas(FigureCanvasQTAgg):
@@ -48,11 +60,27 @@ class _Canvas(FigureCanvasQTAgg):
 
     prepare = None
 
+    def __init__(self, plot):
+        super().__init__(plot.figure)
+        self._plot, self._kept = plot, (None, None)
+
     @guarded
     def draw(self):
-        if self.isVisible():
-            self.prepare()
+        """Draw the curves anew, and all around them where it has changed, which costs most."""
+        if not self.isVisible():
+            return
+        self.prepare()
+        moving, around = self._plot.moving, self._plot.around()
+        if around == self._kept[0]:
+            self.restore_region(self._kept[1])
+        else:
+            for artist in moving:
+                artist.set_animated(True)  # it is left out
             super().draw()
+            self._kept = around, self.copy_from_bbox(self.figure.bbox)
+        for artist in moving:
+            self._plot.axes.draw_artist(artist)
+        self.update()
 
 
 class DrawnCurves(QWidget):
@@ -65,6 +93,7 @@ class DrawnCurves(QWidget):
         self._live = self._source = Source(History())  # of the run of now; what is shown
         self._others, self._own_name = [], THIS  # ``Source``s over it, and what it is called then
         self._remark = ""  # on the curves of the run of now
+        self._cost = 0.0  # [s] of processor time of a redraw, a mean of the last ones
         self._ahead = None  # time since the run began [s] and error [m], as it would go on
         self._picked = 0  # the number of the robot that is picked out
         self._xlim, self._ylim = None, None  # None: all
@@ -176,7 +205,7 @@ class DrawnCurves(QWidget):
 
     def _make_canvas(self):
         self._plot = CurvesPlot()
-        self._canvas = _Canvas(self._plot.figure)
+        self._canvas = _Canvas(self._plot)
         self._canvas.prepare = self._prepare
         row, column = QHBoxLayout(), QVBoxLayout(self)
         for widget, stretch in ((self._tabs, 1), (self._field, 0), (self._follow, 0)):
@@ -253,11 +282,12 @@ class DrawnCurves(QWidget):
 
     @guarded
     def _tick(self):
-        seen, begun = self.isVisible() and not self.window().isMinimized(), clock.monotonic()
+        seen, begun = self.isVisible() and not self.window().isMinimized(), clock.thread_time()
         if seen and (self._dirty or self._stamp() != self._drawn):
             self._canvas.draw()
-        taken = 1e3 * (clock.monotonic() - begun)
-        self._timer.setInterval(max(PERIOD, int(taken / MOST_DRAWING)))
+            self._cost += SMOOTH * (clock.thread_time() - begun - self._cost)
+        wait = pacing.pause(self._cost, pacing.CURVES, len(self._source.history.numbers))
+        self._timer.setInterval(max(PERIOD, int(1e3 * wait)))
 
     def _renew(self):
         """Redraw at once, without the usual pause."""
@@ -384,7 +414,7 @@ class DrawnCurves(QWidget):
         if self._xlim is not None and self._follow.isChecked():
             width = self._xlim[1] - self._xlim[0]
             self._xlim = (end - width, end) if width < end - begin else None
-        limits = self._xlim or (begin, end)
+        limits = self._xlim or (begin, _ahead_of(end))
         if not self._follow.isChecked():
             self._xlim = limits
         return limits

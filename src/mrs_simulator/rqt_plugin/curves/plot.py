@@ -34,6 +34,7 @@ MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # besides colours
 AHEAD = (0, (2.2, 1.6))  # the dashes of what is looked ahead of
+ROOM, LOOSE = 0.05, 0.75  # [-] beside what fits an axis; of a held one, below which it is renewed
 MOST_RUNS = 6  # [-] beside each other in a legend
 COLOURS = 7  # [-] of compared runs' errors
 DPI = 96
@@ -61,6 +62,7 @@ class CurvesPlot:
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
         self.remark = ""  # above the axes
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
+        self._builds, self._laid = 0, None  # [-] of axes; what their place and labels are of
 
     def take_look(self, family, pixels, face, base, text, math="dejavusans"):
         """Take the font's family and size [pixels], and the colours (r, g, b) of background and text.
@@ -109,14 +111,37 @@ class CurvesPlot:
         built = looks, numbers, index, message, box.size.tolist(), lone, self.remark
         if built != self._built:
             self._build(message, {"marker": "o", "ms": 3} if lone else {})
-            self._built = built
+            self._built, self._builds = built, self._builds + 1
         self.axes.set_xlim(xlim)
         if self._bundle is not None:
             self._drawn = self._fill_bundle()
         else:
             self._drawn = [self._fill(*pair) for pair in zip(curves, self.axes.lines)]
-        self.axes.set_ylim(ylim or fitted([values for _, values in self._drawn], index == ERROR))
-        self._lay_out()
+        self.axes.set_ylim(ylim or self._fitting(index == ERROR))
+        if self._laid != self.around():
+            self._lay_out()
+            self._laid = self.around()
+
+    def _fitting(self, log):
+        """Return limits that fit what is drawn: those of before where they still do."""
+        wanted = fitted([values for _, values in self._drawn], log)
+        if self._laid is None or self._laid[0] != self._builds:
+            return wanted
+        held = self.axes.get_ylim()
+        (low, high), (least, most) = (np.log(pair) if log else pair for pair in (held, wanted))
+        room = 0.5 * ROOM * (most - least)  # what fits has more of it
+        still = low <= least + room and high >= most - room
+        return held if still and most - least > LOOSE * (high - low) else wanted
+
+    def around(self):
+        """Return what all but the curves depends on, anything that can be compared."""
+        box = self.figure.bbox.size.tolist(), self.figure.dpi
+        return self._builds, self.axes.get_xlim(), self.axes.get_ylim(), box
+
+    @property
+    def moving(self):
+        """Return the artists of the curves, which change as a run goes on."""
+        return list(self.axes.lines) if self._bundle is None else [self._bundle]
 
     def nearest(self, x, y):
         """Return the curve within reach of a pixel, its nearest point [pixels] and time, or None."""

@@ -10,8 +10,8 @@ from mrs_simulator.rqt_plugin.map.last_run import FAINT
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
 from mrs_simulator.rqt_plugin.map.style import faded
-from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, Qt
-from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QPainterPath, QPen
+from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPixmap
 from mrs_simulator.rqt_plugin.view.painting import draw_layer, draw_lines, fill
 
 HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
@@ -35,8 +35,8 @@ LEGEND = {  # in the order of the map's words
 }
 
 
-def draw_legend(painter, style, frame, shown):
-    """Draw the legend of the signs ``shown``, names, in the lower left corner."""
+def draw_legend(painter, style, frame, shown, kept):
+    """Draw the legend of the signs ``shown``, names, in the lower left corner; ``kept``: a dict for it."""
     area, line = frame.area, style.line
     entries = [name for name in LEGEND if name in shown]
     columns = _columns(entries, int((HIGHEST * area.height() / line - 0.3) / 1.2))
@@ -49,6 +49,26 @@ def draw_legend(painter, style, frame, shown):
         return  # there is no room for words
     height = (1.2 * len(columns[0]) + 0.3) * line
     left, top = area.left() + 0.4 * line, area.bottom() - 0.4 * line - height
+    ratio = painter.device().devicePixelRatioF()
+    hues = style.base.rgba(), style.text.rgba(), style.highlight.rgba()
+    look = hues, line, painter.font().key(), ratio, columns, widths
+    if kept.get("look") != look:
+        size = QSize(*(math.ceil(ratio * (side + 2.0)) for side in (sum(widths), height)))
+        picture = QPixmap(size)
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(Qt.transparent)
+        on = QPainter(picture)
+        on.setRenderHint(QPainter.Antialiasing)
+        on.setFont(painter.font())
+        _draw_entries(on, style, columns, widths, height)
+        on.end()
+        kept.update(look=look, picture=picture)
+    painter.drawPixmap(QPointF(round(left), round(top)), kept["picture"])
+
+
+def _draw_entries(painter, style, columns, widths, height):
+    """Draw a box with the ``columns`` of entries, of these ``widths`` and ``height`` [px], at (1, 1)."""
+    line, left, top = style.line, 1.0, 1.0
     painter.setPen(QPen(style.mixed(0.25), 1))
     painter.setBrush(faded(style.base, 0.85))
     painter.drawRect(QRectF(left, top, sum(widths), height))

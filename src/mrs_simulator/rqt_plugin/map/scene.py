@@ -57,6 +57,7 @@ class MapScene(QWidget):
         self.readings, self.mounts = {}, {}
         self._hidden_trails, self.selected = set(), 0
         self.targets, self._target_z, self.obstacles = None, None, ()
+        self._shown_targets = None
         self.ahead = None  # a ``LookAhead``: how the run would go on
         self.forecast = None  # (k, n, 2) [m] where theory has the robots go
         self._standing, self._movers, self._moving = (), (), ()
@@ -234,12 +235,15 @@ class MapScene(QWidget):
         self.flashes.clear()
 
     def show_targets(self, points):
-        """Show the desired positions ``points`` (n, 2) [m], None for none."""
-        self.targets = self._target_z = None
-        if points is not None and len(points):
-            points = np.array(points, dtype=float)
-            self.targets = points[:, :2]
-            self._target_z = points[:, 2] if points.shape[1] > 2 else None
+        """Show the desired positions ``points`` (n, 2) or (n, 3) [m], None for none."""
+        known = points is not None and len(points)
+        points = np.array(points, dtype=float) if known else np.empty((0, 0))
+        shown = points.shape, points.tobytes()  # those not known are NaN
+        if shown == self._shown_targets:
+            return
+        self._shown_targets = shown
+        self.targets = points[:, :2] if known else None
+        self._target_z = points[:, 2] if points.shape[1] > 2 else None
         self.update()
 
     def show_forecast(self, paths):
@@ -261,9 +265,12 @@ class MapScene(QWidget):
 
     def show_topology(self, edges, directed=True):
         """Show ``edges``, a list of (i, j, weight): robot i receives from robot j."""
-        turned, self.edges = directed != self.edges.directed, Edges(edges, directed)
+        shown, before = Edges(edges, directed), self.edges
+        if (shown.list, shown.directed) == (before.list, before.directed):
+            return
+        self.edges = shown
         self.update()
-        if turned:
+        if shown.directed != before.directed:
             self.directed_changed.emit()
 
     def show_obstacles(self, obstacles, own=0):

@@ -8,7 +8,7 @@ from mrs_simulator.pictures.camera import STEEPEST, Camera, on_screen
 from mrs_simulator.pictures.moving_parts import Odometer
 from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import drawn, drawn_signs, framed
-from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, QTimer, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QPainter
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.view.graphics_card import graphics_card
@@ -23,6 +23,7 @@ CLOSE = 12.0  # [-] of its reach: how far from a robot one is that follows it
 LEAST_RIM = 16.0  # [px]
 NUMBER = 34.0  # [px] from a robot up to its number's upper edge
 STILL, LEAST_HIT = 4, 10.0  # [px] of an unsteady click; about a robot that is far away
+STILL_FOR = 0.5  # [s] without a change, after which a picture by software is made fine
 RIM = 0.03  # [-] of the picture, in which a robot counts as having left it
 TOO_FAR = 0.55  # [-] of its distance: a camera that could be so near to the team goes there
 ROOM = 1.25  # [-] of the distance from which the team is just in view, once a robot has left
@@ -35,9 +36,13 @@ class Canvas(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self.camera, self.cost = Camera(yaw=YAW), 0.0  # [s] that the last picture took
+        self.camera = Camera(yaw=YAW)
+        self.cost = 0.0  # [s] of processor time that the last picture took, in all threads
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
         self._odometer = Odometer()
+        self._moved = 0.0  # [s] of wall time, when what is shown changed
+        self._refining = QTimer(self, interval=int(1e3 * STILL_FOR), singleShot=True)
+        self._refining.timeout.connect(self.update)
         self._pressed = None  # where a click or drag began
         self._card = graphics_card()
         self._aside = self.camera.yaw, self.camera.pitch  # [deg] before it looked straight down
@@ -54,9 +59,21 @@ class Canvas(QWidget):
     def show_scene(self, scene):
         """Show ``scene``, a ``Scene``; its wheels turn by how far the robots went since the one before."""
         state = scene.state
+        self._moved = time.monotonic()
         self.scene = scene._replace(rolled=self._odometer.at(state.robots, state.pose))
         self._keep_in_view()
         self.update()
+
+    def _is_fine(self):
+        """Return whether the picture is to be of fine edges; begin to wait for that where it is not yet.
+
+        Where OpenGL runs on the processor half of a picture's cost are its edges.
+        """
+        still = time.monotonic() - self._moved >= STILL_FOR
+        if still or not self._card.is_software:
+            return True
+        self._refining.start()
+        return False
 
     def follow(self, number):
         """Keep robot ``number`` in the middle, none where it is 0."""
@@ -132,7 +149,7 @@ class Canvas(QWidget):
     @guarded
     def paintEvent(self, _):
         """Paint the scene, or a text where there is none."""
-        begun, painter = time.perf_counter(), QPainter(self)
+        begun, painter = time.process_time(), QPainter(self)
         try:
             if self.scene is None or not len(self.scene.state.robots):
                 painter.drawText(self.rect(), Qt.AlignCenter, "No robots")
@@ -144,7 +161,7 @@ class Canvas(QWidget):
             self._paint_scene(painter, look)
         finally:
             painter.end()  # even if the traceback of an error holds it for a while
-            self.cost = time.perf_counter() - begun
+            self.cost = time.process_time() - begun
 
     def _paint_scene(self, painter, look):
         """Paint the scene, its bodies by the graphics card where there is one."""
@@ -155,7 +172,7 @@ class Canvas(QWidget):
         ratio = self.devicePixelRatioF()
         size = [max(1, int(ratio * side)) for side in (self.width(), self.height())]
         try:
-            image = self._card.picture(self.scene, self.camera, size, look)
+            image = self._card.picture(self.scene, self.camera, size, look, self._is_fine())
         except Exception as error:  # whatever drivers do, the painter is there
             LOG.warning("the 3D view goes on without OpenGL: %s", error)
             self._card = None

@@ -84,14 +84,14 @@ class GraphicsCard:
         self._surface.create()
         self._begin()
         self.renderer = GL.glGetString(GL.GL_RENDERER).decode()
-        self._is_software = any(word in self.renderer.lower() for word in SOFTWARE)
+        self.is_software = any(word in self.renderer.lower() for word in SOFTWARE)
         self._empty = GL.glGenVertexArrays(1)
         GL.glBindVertexArray(self._empty)
         ends = GL.GL_VERTEX_SHADER, GL.GL_FRAGMENT_SHADER
         self._bodies = program(zip((BODY, LIT), ends))
         self._surroundings = program(zip((RAY, SURROUNDINGS), ends))
         self._lines = GlLines()
-        self._meshes, self._target = {}, None
+        self._meshes, self._targets = {}, {}
         self._end()
 
     def _begin(self):
@@ -103,29 +103,35 @@ class GraphicsCard:
 
     def suits(self, scene):
         """Return whether it draws all of the ``scene``, and as soon as the painter would."""
-        quick = not self._is_software or len(scene.kinds) <= MOST_BY_SOFTWARE
+        quick = not self.is_software or len(scene.kinds) <= MOST_BY_SOFTWARE
         return quick and not any(map(is_flat, scene.obstacles))  # no land
 
-    def picture(self, scene, camera, size, palette):
-        """Return a ``QImage`` of ``size`` (width, height) [pixels] of a ``Scene`` as ``camera`` has it."""
+    def picture(self, scene, camera, size, palette, is_fine=True):
+        """Return a ``QImage`` of ``size`` (width, height) [pixels] of a ``Scene`` as ``camera`` has it.
+
+        ``is_fine``: with smooth edges.
+        """
         self._begin()
         try:
-            self._take_target(size)
+            target = self._take_target(size, SAMPLES if is_fine else 0)
             self._draw(scene, View(camera, *size, palette))
-            self._target.release()
-            return self._target.toImage()
+            target.release()
+            return target.toImage()
         finally:
             self._end()
 
-    def _take_target(self, size):
-        if self._target is None or self._target.size() != QSize(*size):
+    def _take_target(self, size, samples):
+        """Return the framebuffer, bound, of ``size`` and so many ``samples`` of a pixel."""
+        target = self._targets.get(samples)
+        if target is None or target.size() != QSize(*size):
             form = QOpenGLFramebufferObjectFormat()
-            form.setSamples(SAMPLES)
+            form.setSamples(samples)
             form.setAttachment(QOpenGLFramebufferObject.CombinedDepthStencil)
-            self._target = QOpenGLFramebufferObject(QSize(*size), form)
-        if not self._target.bind():
+            target = self._targets[samples] = QOpenGLFramebufferObject(QSize(*size), form)
+        if not target.bind():
             raise RuntimeError("no picture of {} x {} pixels".format(*size))
         GL.glViewport(0, 0, *size)
+        return target
 
     def _draw(self, scene, view):
         GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT)

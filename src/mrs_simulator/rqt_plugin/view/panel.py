@@ -14,10 +14,10 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QWidget,
 )
 from mrs_simulator.rqt_plugin.view.canvas import Canvas
+from mrs_simulator.rqt_plugin.widgets import pacing
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 PERIOD, BESIDE = 33, 100  # [ms] between pictures: of a view alone, and of one beside the map
-MOST_PAINTING = 0.35  # of the time that painting may take; beyond, it is done less often
 HINT = "Drag to orbit, right button to pan, wheel to zoom"
 
 
@@ -88,7 +88,7 @@ class ViewPanel(QWidget):
         scene = self._source()
         self.canvas.show_scene(scene)
         self._offer(scene.state.robots)
-        self._next = now + self.canvas.cost * (1.0 / MOST_PAINTING - 1.0)
+        self._next = now + pacing.pause(self.canvas.cost, pacing.VIEW, len(scene.kinds))
 
     def _offer(self, numbers):
         """Offer the robots ``numbers`` to follow."""

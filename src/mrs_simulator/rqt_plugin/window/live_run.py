@@ -9,11 +9,12 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.record.run_changes import changed_by, read_changes
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.study_state import BY_REQUEST, EMERGENCY
+from mrs_simulator.rqt_plugin.widgets import pacing
 from mrs_simulator.rqt_plugin.window.disturbance import IncidentTexts
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.law_answers import Prediction
 
-MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
+MOST_WAITING = 0.3  # [s] of wall time, of pictures of the map for what was painted between
 JUMP = 0.3  # [s] of a run between two pictures from which on trails lead through its samples
 MOST_PASSED = 100  # [-] of these samples
 
@@ -67,12 +68,18 @@ class LiveRun:
         if self._has_ended():
             self._show_start()
         snapshot, now = self._connection.snapshot(), time.monotonic()
-        rested = now - self._last_frame[0] >= self._panels.map.cost / MOST_PAINTING
+        panels, beside = self._panels, self._panels.beside.is_beside
+        share = pacing.MAP if beside else pacing.MAP_ALONE
+        shown, robots = panels.map, len(panels.map.team.numbers)
+        # What is painted besides counts too, but for long drags of the view.
+        spent = min(pacing.pause(shown.spent, share, robots), MOST_WAITING)
+        wait = max(pacing.pause(shown.cost, share, robots), spent)
+        rested = now - self._last_frame[0] >= wait
         # Robots moved by the user differ from the stage's until it has applied their poses.
         settled = self._team.is_settled()
         if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
             passed = self._passed(snapshot.time)
-            self._last_frame = now, snapshot
+            self._last_frame, shown.spent = (now, snapshot), 0.0
             self._panels.map.show_snapshot(snapshot, passed)
 
     def _has_ended(self):

@@ -1,0 +1,98 @@
+"""A run is painted as often as leaves the processor to the simulation."""
+
+import os
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+from gui_fixtures import quiet_study, shown
+from protocol_fixtures import shipped
+from PyQt5.QtWidgets import QApplication
+from snapshots import snapshot_of
+
+from mrs_simulator.rqt_plugin.curves.drawn import _ahead_of
+from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
+from mrs_simulator.rqt_plugin.run.history import History
+from mrs_simulator.rqt_plugin.widgets import pacing
+from mrs_simulator.rqt_plugin.window import live_run
+
+APP = QApplication.instance() or QApplication([])
+WANTED = {7: 0.15, 100: 0.25, 1000: 0.4}  # shares of a core of all that the GUI does
+
+
+def snapshot(time, n=4):
+    poses = np.column_stack([np.full(n, np.sin(time)), np.arange(n), np.zeros(n)])
+    twist = np.zeros((n, 3))
+    numbers = tuple(range(1, n + 1))
+    return snapshot_of(time, numbers, poses, twist, twist[:, :2], np.ones(n, bool))
+
+
+@pytest.mark.parametrize("robots", WANTED)
+def test_pictures_take_less_than_what_the_gui_may(robots):
+    taken = [
+        1.0 / pacing.pause(1.0, share, robots) for share in (pacing.MAP, pacing.VIEW, pacing.CURVES)
+    ]
+    assert sum(taken) < WANTED[robots] - 0.02
+    alone = [1.0 / pacing.pause(1.0, share, robots) for share in (pacing.MAP_ALONE, pacing.CURVES)]
+    assert sum(alone) < WANTED[robots] - 0.02
+
+
+def test_the_map_waits_for_what_was_painted_between_but_not_for_long(monkeypatch):
+    study, now = quiet_study(shipped("paper_four")), [100.0]
+    try:
+        monkeypatch.setattr(live_run.time, "monotonic", lambda: now[0])
+        study.beside.is_beside = False
+        study.map.cost = 0.0
+
+        def is_taken(time):
+            study.connection.snapshot.return_value = snapshot(time)
+            study.live._show_newest()
+            return study.map.time == time
+
+        assert is_taken(1.0)
+        study.map.spent = 0.009  # 9 % of 0.1 s
+        now[0] += 0.05
+        assert not is_taken(2.0)
+        now[0] += 0.06
+        assert is_taken(3.0) and study.map.spent == 0.0
+        study.map.spent = 60.0
+        now[0] += live_run.MOST_WAITING + 0.01
+        assert is_taken(4.0)
+        study.map.cost = 60.0
+        now[0] += 10.0
+        assert not is_taken(5.0)
+    finally:
+        study.close_study()
+
+
+def test_curves_alone_are_drawn_anew_where_nothing_else_changes(monkeypatch):
+    panel, history = shown(CurvesPanel(), 700, 300), History()
+    for time in np.arange(0.0, 9.0, 0.5):
+        history.append(snapshot(time))
+    panel.set_history(history)
+    panel._canvas.draw()
+    whole, draw = [], panel._plot.figure.draw
+    monkeypatch.setattr(panel._plot.figure, "draw", lambda *of: (whole.append(1), draw(*of)))
+    before = np.array(panel._canvas.copy_from_bbox(panel._plot.axes.bbox))
+    history.append(snapshot(9.4))
+    panel._canvas.draw()
+    after = np.array(panel._canvas.copy_from_bbox(panel._plot.axes.bbox))
+    assert not whole and (before != after).any()
+    assert panel._plot.axes.get_xlim() == (0.0, 10.0)
+    history.append(snapshot(10.5))  # beyond the axis
+    panel._canvas.draw()
+    assert whole and panel._plot.axes.get_xlim() == (0.0, 12.0)
+    # The picture is the one that is drawn at once.
+    stepwise = np.array(panel._canvas.copy_from_bbox(panel._plot.figure.bbox))
+    panel._canvas._kept = None, None
+    panel._canvas.draw()
+    at_once = np.array(panel._canvas.copy_from_bbox(panel._plot.figure.bbox))
+    assert (stepwise == at_once).all()
+    panel.close()
+
+
+def test_the_axis_of_a_long_run_grows_by_steps():
+    assert [_ahead_of(end) for end in (0.3, 5.0, 5.1, 9.9, 10.0, 33.0, 64.0, 65.0)] == [
+        *(0.3, 5.0, 6.0, 10.0, 10.0, 36.0, 64.0, 72.0)
+    ]

@@ -252,8 +252,15 @@ def test_what_gives_the_same_bits_is_used_from_when_it_pays(monkeypatch):
     def asked(compiled):
         return [compiling.same_bits(compiled, 2) for _ in range(4)]
 
+    monkeypatch.setattr(compiling, "_is_loaded", lambda: False)
     loop = "loop".upper
     assert asked(loop) == [None, None, "LOOP", "LOOP"] and asked(missing) == [None] * 4
+    sized, soon = "sized".upper, "soon".upper
+    given = [compiling.same_bits(sized, 20, size=9) for _ in range(4)]
+    assert given == [None, None, "SIZED", "SIZED"]
+    monkeypatch.setattr(compiling, "_is_loaded", lambda: True)
+    given = [compiling.same_bits(soon, 20) for _ in range(4)]
+    assert given == [None, None, "SOON", "SOON"]
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "0")
     assert asked(loop) == [None] * 4
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")

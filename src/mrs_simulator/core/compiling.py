@@ -4,6 +4,7 @@ import contextlib
 import functools
 import os
 import re
+import sys
 from importlib.util import find_spec
 
 VARIABLE = "MRS_SIMULATOR_COMPILED"
@@ -17,6 +18,7 @@ LOADING = 0.6  # [s] that numba and a kept kernel take to load, about
 # [s] that a step takes less when it is compiled: of each step, of each of its robots
 SAVED = (30e-6, 20e-9)
 WORTH = 5000  # [-] calls of 0.1 ms that take as long as loading
+LOADED = 10  # [-] times as long as a kept kernel alone
 HINT = "numba is not installed: {} some {:.0f} s longer, wanted `pip install numba`"
 MANY = "many"  # how runs are made of which so many are alike that they pay for compilation together
 
@@ -130,12 +132,16 @@ def same_bits(compiled, worth=WORTH, size=1):
     """Return ``compiled()``, whose results are numpy's to the bit, where it pays, else None.
 
     As the environment says, else after calls in this process whose sizes add up to ``worth``, when numpy
-    has taken about as long as numba takes to load.
+    has taken about as long as numba takes to load: a tenth of that where it has been loaded.
     """
     if is_chosen():
         return compiled() if is_wanted() else None
     asked = _asked[compiled] = _asked.get(compiled, 0) + size
-    return _available(compiled) if asked > worth else None
+    return _available(compiled) if asked > (worth // LOADED if _is_loaded() else worth) else None
+
+
+def _is_loaded():
+    return "numba" in sys.modules
 
 
 @functools.lru_cache(maxsize=None)

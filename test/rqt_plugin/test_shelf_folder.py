@@ -15,6 +15,7 @@ from mrs_simulator.rqt_plugin.shelf.comparison import (
 )
 from mrs_simulator.rqt_plugin.shelf.differences import differing, flat
 from mrs_simulator.rqt_plugin.shelf.folder import Shelf
+from mrs_simulator.rqt_plugin.shelf.run_row import broken
 from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
 
 HEAD = "time,robot,x,y,theta,alpha_x,alpha_y,v,omega\n"
@@ -194,3 +195,17 @@ def test_a_few_positions_of_a_long_run_are_read_with_its_ends(tmp_path):
     assert list(tracks) == [1, 2]
     np.testing.assert_allclose(tracks[2][[0, -1]], [[0.0, 2.0], [98.0, 2.0]])
     assert (np.diff(tracks[1][:, 0]) > 0.0).all() and len(tracks[1]) < 20
+
+
+def test_what_differs_is_broken_into_two_lines_where_one_is_too_short():
+    class Metrics:
+        @staticmethod
+        def horizontalAdvance(text):
+            return 10 * len(text)
+
+    text = "k 0.02 \u2192 0.05, T 0.1 \u2192 0.2, other topology"
+    assert broken(text, Metrics, 1000) == [text]
+    first, second = broken(text, Metrics, 300)
+    assert first == "k 0.02 \u2192 0.05, T 0.1 \u2192 0.2," and second == "other topology"
+    assert broken("duration 20 \u2192 40", Metrics, 120) == ["duration 20", "\u2192 40"]
+    assert broken("indivisible", Metrics, 50) == ["indivisible"]

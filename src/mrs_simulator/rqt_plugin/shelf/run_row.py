@@ -36,9 +36,11 @@ class RunRow(QStyledItemDelegate):
 
     def sizeHint(self, option, index):
         """Return the size of a row."""
-        found = index.data(ENTRY)
-        noted = bool(found and found[0].marks.note) and self.lines == LINES
-        lines = self.lines + noted
+        lines, found = self.lines, index.data(ENTRY)
+        if found and self.lines == LINES:
+            width = self._text_place(self.parent().viewport().rect(), option).width()
+            differs = broken(found[1], option.fontMetrics, width)
+            lines += bool(found[0].marks.note) + len(differs) - 1
         return QSize(100, int((1.15 * lines + 0.6) * option.fontMetrics.height()))
 
     def box(self, rect):
@@ -65,14 +67,17 @@ class RunRow(QStyledItemDelegate):
         role = QPalette.HighlightedText if chosen else QPalette.Text
         colour = palette.color(QPalette.Active, role)
         self._paint_box(painter, option, index, colour, line)
-        place = self._picture_place(option.rect, line)
-        self._paint_picture(painter, place, entry, palette)
-        left = place.right() + line // 2
-        width = option.rect.right() - left - line // 3
-        self._paint_texts(
-            painter, QRect(left, place.top(), width, line), entry, difference, colour, chosen
-        )
+        self._paint_picture(painter, self._picture_place(option.rect, line), entry, palette)
+        place = self._text_place(option.rect, option)
+        self._paint_texts(painter, place, entry, difference, colour, chosen)
         painter.restore()
+
+    def _text_place(self, rect, option):
+        """Return where the first line of text of a row at ``rect`` is."""
+        line = option.fontMetrics.height()
+        picture = self._picture_place(rect, line)
+        left = picture.right() + line // 2
+        return QRect(left, picture.top(), rect.right() - left - line // 3, line)
 
     def _paint_box(self, painter, option, index, colour, line):
         """Paint the box, in the colour of the text: a style's own is not seen on every ground."""
@@ -114,8 +119,10 @@ class RunRow(QStyledItemDelegate):
         lines = [
             ((PIN if entry.marks.pinned else "") + entry.name, bold, colour),
             (", ".join(filter(None, (when, entry.protocol))), font, faint(colour)),
-            (difference, font, colour),
         ]
+        painter.setFont(font)
+        parts = broken(difference, painter.fontMetrics(), first.width())
+        lines += [(part, font, colour) for part in parts]
         if self.lines < LINES:
             lines[1:] = [(", ".join(filter(None, (when, difference))), font, colour)]
         elif entry.marks.note:
@@ -131,9 +138,27 @@ class RunRow(QStyledItemDelegate):
             painter.setFont(face)
             painter.setPen(shade)
             width = first.width() - (taken if row == 1 else 0)
-            cut = painter.fontMetrics().elidedText(text, Qt.ElideRight, width)
+            # The end of a name tells runs apart, as in "with k 0.02".
+            how = Qt.ElideMiddle if row == 0 else Qt.ElideRight
+            cut = painter.fontMetrics().elidedText(text, how, width)
             place = first.translated(0, int(1.15 * row * first.height()))
             painter.drawText(place, Qt.AlignLeft | Qt.AlignVCenter, cut)
+
+
+def broken(text, metrics, width):
+    """Return ``text`` in a line of ``width`` [px], or in two, broken after a comma or a blank."""
+    if metrics.horizontalAdvance(text) <= width:
+        return [text]
+    for gap in (", ", " "):
+        parts = text.split(gap)
+        fitting = [
+            count
+            for count in range(1, len(parts))
+            if metrics.horizontalAdvance(gap.join(parts[:count]) + gap.rstrip()) <= width
+        ]
+        if fitting:
+            return [gap.join(parts[: fitting[-1]]) + gap.rstrip(), gap.join(parts[fitting[-1] :])]
+    return [text]
 
 
 def faint(colour):

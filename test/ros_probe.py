@@ -28,7 +28,7 @@ from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 newest, counts, stamps, transforms, collisions = {}, {}, {}, {}, []
 markers, marker_repeated = {}, False
 clock_went_back, clock_repeats = False, 0  # repeats: how often the newest time was told
-driven, gates, unstamped, diagnostics = {}, {}, set(), {}
+driven, gates, unstamped, diagnostics, greatest = {}, {}, set(), {}, {}
 
 
 def keep(message, name):
@@ -98,6 +98,19 @@ def shown(kind):
         for _, marker in sorted(markers.items(), key=lambda item: item[0])
         if marker.type == getattr(Marker, kind)
     ]
+
+
+def on_commands(message):
+    aside = message.command_vy or [0.0] * len(message.robot)
+    for number, v, vy in zip(message.robot, message.command_v, aside):
+        before = greatest.get(number, (0.0, 0.0))
+        greatest[number] = max(before[0], math.hypot(v, vy)), max(before[1], abs(vy))
+
+
+def watch_commands():
+    """Keep the greatest speed, and that aside, to which each robot is commanded from now on."""
+    subscribers.append(rospy.Subscriber("/stage/state", TeamState, on_commands, queue_size=None))
+    return True
 
 
 def listen(name, kind):

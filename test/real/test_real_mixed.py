@@ -42,17 +42,15 @@ def test_one_protocol_drives_real_and_simulated_robots_of_three_kinds(ros, tmp_p
 
     # Each within its own limits: the real one within those for first trials, the Burger within its
     # firmware's, the Robotino, which is told to go aside as well, within its rims'.
+    probe.ask("watch_commands()")
+    probe.wait("len(greatest) == 4")
     wait_until(lambda: probe.ask(START)[0])
-    top, aside = np.zeros(4), 0.0
 
     def all_have_hurried():
-        nonlocal aside
-        v, vy = columns("command_v", "command_vy")
-        np.maximum(top, np.hypot(v, vy), out=top)
-        aside = max(aside, abs(vy[2]))
+        top, aside = np.array(probe.ask("[greatest[number] for number in (1, 2, 3, 4)]")).T
         assert (top <= np.array([0.3, 0.22, 0.69, 0.69]) + 1e-9).all(), top
-        assert not vy[:2].any()
-        return (top[:3] > [0.3 - 1e-6, 0.22 - 1e-6, 0.3]).all() and aside > 0.2
+        assert not aside[:2].any()
+        return (top[:3] > [0.3 - 1e-6, 0.22 - 1e-6, 0.3]).all() and aside[2] > 0.2
 
     wait_until(all_have_hurried)
     wait_until(lambda: probe.ask("sent(1)")[0] > 0.0)

@@ -12,6 +12,7 @@ from std_msgs.msg import Bool
 from mrs_simulator.core.spatial import headings
 from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import master as master_module
+from mrs_simulator.rqt_plugin.ros_side import robots as robots_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.ros_side.emergency_stop import StopTopic
 from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
@@ -92,6 +93,31 @@ def test_the_time_of_real_robots_counts_from_the_first_message():
     robots.forget()
     robots._on_odometry(odometry(1.7e9 + 100.0, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
     assert robots.snapshot(60.0).time == 0.0
+
+
+class Subscriber:
+    """In the place of ``rospy.Subscriber``."""
+
+    def __init__(self, name, *_, **__):
+        self.resolved_name = name
+
+    def unregister(self):
+        pass
+
+
+def test_robots_of_a_simulation_that_has_ended_are_no_real_ones(monkeypatch):
+    monkeypatch.setattr(robots_module.rospy, "Subscriber", Subscriber)
+    robots = RobotsConnection()
+    kinds = {"/robot{}/odom".format(number): "nav_msgs/Odometry" for number in (1, 2)}
+    simulated, real = {"/robot1/odom": ["/stage"]}, {"/robot2/odom": ["/driver"]}
+    robots.follow({**simulated, **real}, {}, kinds, ["/stage"], None)
+    for number in (1, 2):
+        robots._on_odometry(odometry(1.7e9, 0.0, (0.0, 0.0, 0.0, 1.0)), number)
+    assert robots.snapshot(60.0).real.tolist() == [False, True]
+    robots.follow({**simulated, **real}, {}, kinds, None, None)  # its state is withdrawn first
+    assert robots.snapshot(60.0).real.tolist() == [False, True]
+    robots.follow({}, {}, {}, None, None)  # the real one's driver has ended, too
+    assert robots.snapshot(60.0).robots == (2,) and robots.snapshot(60.0).real.tolist() == [True]
 
 
 def test_heights_of_real_robots_are_believed_of_teams_that_fly():

@@ -26,6 +26,7 @@ class RobotsConnection:
         self._received, self._subscribers = {}, {}  # by the robot's number
         self._first = 0.0  # [s] stamp of the first message
         self._simulated = frozenset()  # numbers of the robots whose odometry a stage publishes
+        self._stages = set()  # names of nodes that were stages
         self._starts, self._in_space = None, False
 
     def set_starts(self, poses, in_space=False):
@@ -87,14 +88,20 @@ class RobotsConnection:
         ``published``, ``subscribed``: the nodes by topic; ``kinds`` of message by topic; ``stages``,
         ``controllers``: names of these nodes, None for none.
         """
-        stages, controllers = set(stages or ()), set(controllers or ())
+        # One that ends may withdraw its state before its robots.
+        self._stages.update(stages or ())
+        controllers = set(controllers or ())
         topics = [t for t in published if kinds.get(t) == ODOMETRY and ROBOT.match(t)]
         # Of several topics of a robot the controller's comes first, then the default name.
         topics.sort(
             key=lambda t: (bool(controllers & set(subscribed.get(t, ()))), t.endswith("/odom"), t)
         )
         chosen = {int(ROBOT.match(topic).group(1)): topic for topic in topics}
-        self._simulated = frozenset(n for n, t in chosen.items() if stages & set(published[t]))
+        for number in self._simulated.difference(chosen):  # gone with their simulation
+            self._forget(number)
+        self._simulated = frozenset(
+            n for n, t in chosen.items() if self._stages.intersection(published[t])
+        )
         for number, topic in chosen.items():
             self._subscribe(number, topic)
 
@@ -122,9 +129,14 @@ class RobotsConnection:
     def forget(self):
         """Unsubscribe from all robots, and drop what they published."""
         for number in list(self._subscribers):
-            withdraw(self._subscribers.pop(number))
+            self._forget(number)
         with self._lock:
             self._received.clear()
+
+    def _forget(self, number):
+        withdraw(self._subscribers.pop(number))
+        with self._lock:
+            self._received.pop(number, None)
 
 
 def _spatial(lifts, theta):

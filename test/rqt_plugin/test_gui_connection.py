@@ -208,9 +208,14 @@ until(lambda: "no master" in gui.status["master"].text())
 start = gui.bar.button("control")
 assert not start.isEnabled() and "no ROS master" in start.toolTip()
 import subprocess
+from std_msgs.msg import Bool
 port = os.environ["ROS_MASTER_URI"].rpartition(":")[2]
 master = subprocess.Popen(["rosmaster", "--core", "-p", port])
-until(lambda: gui.study.state.is_emergency())
+until(lambda: gui.connection._emergency.publisher is not None)
+received = []
+listener = rospy.Subscriber("/emergency_stop", Bool, lambda message: received.append(message.data))
+until(lambda: received)
+assert received[0] is True and gui.study.state.is_emergency()
 gui.close_study()
 master.terminate()
 master.wait()

@@ -17,6 +17,11 @@ class Received:
         """Keep ``value`` as the newest ``name``; for a caller that holds the lock."""
         self._newest[name], self._received[name] = value, time.monotonic()
 
+    def put(self, name, value):
+        """Keep ``value`` as the newest ``name``."""
+        with self._lock:
+            self._put(name, value)
+
     def newest(self, name):
         """Return what ``Connection.newest`` does."""
         with self._lock:

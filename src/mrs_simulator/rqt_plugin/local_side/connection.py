@@ -169,8 +169,7 @@ class LocalConnection(Received, Connection):
         self.ask("set_parameters", values)
 
     def set_emergency(self, on):
-        with self._lock:
-            self._put("emergency", bool(on))
+        self.put("emergency", bool(on))
         if self._engine is not None:
             self.ask("emergency", bool(on))
 

@@ -129,6 +129,8 @@ class RosConnection(Connection):
         )
 
     def set_emergency(self, on):
+        # Until its own message comes back, the one before is not to show.
+        self._inbox.put("emergency", bool(on))
         return self._emergency.set(on)
 
     def begin_run(self):

@@ -47,7 +47,8 @@ def until(condition, limit=60.0):
         if condition():
             return
         time.sleep(0.02)
-    raise SystemExit("not within {} s\\n{}\\n{}".format(limit, gui.messages.toPlainText(), trouble))
+    said = gui.messages.toPlainText(), trouble, gui.study.state.lines(), gui.study.state.actions()
+    raise SystemExit("\\n".join(["not within {} s".format(limit), *map(str, said)]))
 
 def click(name):
     until(lambda: gui.bar.button(name).isEnabled())

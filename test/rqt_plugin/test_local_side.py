@@ -575,6 +575,7 @@ def test_a_run_that_is_changed_stopped_and_gone_beyond_says_so(path, tmp_path):
         (0, "control", (path,)),
         (5, "set_parameters", (parameters,)),
         (5, "stop", ()),
+        (2, "pause", (True,)),
     )
     (directory,) = script.all("run")
     facts = read(Path(directory) / "run.json")

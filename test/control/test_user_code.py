@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import runpy
 import signal
 import subprocess
 import sys
@@ -64,6 +65,17 @@ class Odd(PioneerControl):
         sys.exit("no targets")
 
 
+HANGING = """
+def spin():
+    while True:
+        pass
+
+
+def hold():
+    sum(range(10**15))  # one call, in which no other thread runs
+"""
+
+
 def serve(request):
     if request == "pid":
         return os.getpid()
@@ -75,6 +87,9 @@ def serve(request):
         return subprocess.Popen(["sleep", str(LONG)]).pid
     if request == "end":
         os._exit(7)
+    if "() of " in request:
+        name, _, path = request.partition("() of ")
+        runpy.run_path(path)[name]()
     return request
 
 
@@ -202,6 +217,19 @@ def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
         worker.ask(("hello",), LONG)
     if kind is not WorkerThread:
         wait_until(lambda: is_gone(process))
+    close()
+
+
+@pytest.mark.parametrize("kind", [ForkedProcess, FreshProcess])
+@pytest.mark.parametrize("how", ["spin", "hold"])
+def test_where_users_code_hangs_is_told(kind, how, tmp_path):
+    law = tmp_path / "law.py"
+    law.write_text(HANGING)
+    runs, close = apart(kind)
+    worker = Worker(runs)
+    worker.ask(("pid",), LONG)  # it has begun
+    with pytest.raises(TimedOut, match=r"no answer within 2 s, it is at law\.py:\d+, in " + how):
+        worker.ask(("{}() of {}".format(how, law),), 2.0)
     close()
 
 

@@ -404,6 +404,7 @@ def test_a_law_that_holds_the_interpreter_is_given_up_and_started_again(ros, law
     # Its status tells of it before it is given up.
     probe.wait("'the law has not answered for' in control('trouble')")
     probe.wait("'took too long' in control('trouble')")
+    assert probe.ask("'it is at ' in control('trouble')")  # file, line and function
     at_rest(probe)
     assert probe.ask("call('/pioneer_control/stop', Trigger)")[0]
     (tmp_path / "hang").unlink()

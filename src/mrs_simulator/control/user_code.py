@@ -19,6 +19,7 @@ from mrs_simulator.core.doc_links import named, words
 
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
+LONGEST_LOOK = 1.0  # [s] of wall time for where a process is that does not answer
 GRACE = 1.0  # [s] of wall time for a process that has closed its pipe
 RAISE = dis.opmap["RAISE_VARARGS"]
 ENDED = "its process ended"
@@ -167,8 +168,10 @@ class Worker:
     def _await(self, end, limit, meanwhile):
         while not self._runner.ready(max(0.0, min(NAP, end - time.monotonic()))):
             if time.monotonic() >= end:
+                where = self._runner.where(min(limit, LONGEST_LOOK))
                 self.give_up()
-                raise TimedOut("no answer within {:g} s".format(limit))
+                at = ", it is at {}".format(where) if where else ""
+                raise TimedOut("no answer within {:g} s{}".format(limit, at))
             if meanwhile is not None:
                 try:
                     meanwhile()
@@ -216,6 +219,10 @@ class WorkerThread:
     def receive(self):
         """Return the answer."""
         return self._answer
+
+    def where(self, _):
+        """Return "", not known."""
+        return ""
 
     def end(self, _grace=0.0):
         """Take no more requests."""

@@ -7,8 +7,10 @@ may hold any lock, starts fresh interpreters.
 import array
 import contextlib
 import ctypes
+import faulthandler
 import importlib
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -18,11 +20,16 @@ import time
 import traceback
 from multiprocessing.connection import Connection, Pipe
 
-from mrs_simulator.control.user_code import outcome
+from mrs_simulator.control.user_code import PACKAGE, outcome
 
 DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux' prctl
 CHILD, SPARE = b"+", b"*"  # requests to a fork server
 READY = b"!"  # from a spare that can take over
+SHOW = signal.SIGUSR1  # makes a worker write where it is
+HANDLE, PLACES = 250, "/proc/{}/fd/{}"  # of the file to which it does
+CALL = re.compile(r'  File "(.*)", line (\d+) in (.*)')
+NAP = 0.005  # [s] of wall time between two looks whether it has
+NOT_USERS = PACKAGE, os.path.dirname(os.__file__), "<"  # how files begin that are not users'
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 # The directory that it is called from may hold a user's random.py.
 PROGRAM = "import sys; del sys.path[0]; from {} import _begin; _begin(*sys.argv[1:])".format(
@@ -49,6 +56,22 @@ class Piped:
     def receive(self):
         """Return the answer; ``EOFError`` if the process has ended."""
         return self._connection.recv()
+
+    def where(self, patience):
+        """Return file, line and function of users' code that the process is in now.
+
+        "" where that is not known within ``patience`` [s].
+        """
+        with contextlib.suppress(OSError, ValueError):
+            os.kill(self._process, SHOW)
+            end = time.monotonic() + patience
+            while time.monotonic() < end:
+                with open(PLACES.format(self._process, HANDLE), encoding="utf-8") as places:
+                    found = [CALL.match(line) for line in places]
+                if any(found):
+                    return named_place(match.groups() for match in found if match)
+                time.sleep(NAP)
+        return ""
 
     def _kill(self):
         with contextlib.suppress(ProcessLookupError):
@@ -95,7 +118,29 @@ def _end_with(parent):
     os._exit(1)
 
 
+def _show_places():
+    """Write, on the signal ``SHOW``, where all threads are to a file that others find; on Linux.
+
+    It needs neither the interpreter's lock nor the law's cooperation.
+    """
+    if hasattr(os, "memfd_create"):
+        os.dup2(os.memfd_create("places"), HANDLE)
+        faulthandler.register(SHOW, HANDLE, all_threads=True)
+
+
+def named_place(calls):
+    """Return file, line and function of the first of ``calls`` that is in users' code, "" for none.
+
+    ``calls``: ``(file, line, function)``, the innermost first.
+    """
+    for path, line, function in calls:
+        if not path.startswith(NOT_USERS) and "-packages" not in path:
+            return "{}:{}, in {}".format(os.path.basename(path), line, function)
+    return ""
+
+
 def _serve_all(connection, serve):
+    _show_places()
     # The other end may have closed meanwhile, with requests or answers on their way.
     with contextlib.suppress(EOFError, ConnectionError):
         while True:

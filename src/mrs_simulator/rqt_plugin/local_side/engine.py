@@ -4,7 +4,6 @@ It sends what happens as ``(name, value)``, and is sent requests as ``(name, arg
 """
 
 import contextlib
-import os
 import sys
 import tempfile
 import threading
@@ -14,7 +13,8 @@ from multiprocessing.connection import Client
 
 import numpy as np
 
-from mrs_simulator.control.user_code import PACKAGE, call, raised
+from mrs_simulator.control.user_code import call, raised
+from mrs_simulator.control.worker_process import named_place
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.record.controller_log import LAW_FAILED, deadlock_text, failure
@@ -37,7 +37,6 @@ NO_CONTROLLER = "no controller runs"
 # Wall times [s]: between two looks at requests, two pictures, two statuses, two pictures at rest.
 LOOK, PICTURE, STATUS, REST = 0.005, 0.03, 0.1, 0.2
 NAP = 0.01  # [s] of wall time that is waited at most for a request
-NOT_USERS = PACKAGE, os.path.dirname(os.__file__), "<"  # how files begin that are not users'
 UNMOVED = 1e-6  # [m] within which a robot is where it is held
 BEAT = 0.4  # [s] of wall time without a status after which the last one is sent again
 
@@ -79,14 +78,7 @@ class Link:
 def place_of(frame):
     """Return file, line and function of a user's code that a ``frame`` is in, "" without such code."""
     stack = traceback.extract_stack(frame) if frame is not None else ()
-    own = [
-        each
-        for each in stack
-        if not each.filename.startswith(NOT_USERS) and "-packages" not in each.filename
-    ]
-    if not own:
-        return ""
-    return "{}:{}, in {}".format(os.path.basename(own[-1].filename), own[-1].lineno, own[-1].name)
+    return named_place((each.filename, each.lineno, each.name) for each in reversed(stack))
 
 
 class Engine:

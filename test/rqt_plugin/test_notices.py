@@ -18,6 +18,7 @@ from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.banners import Banners
+from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
@@ -267,3 +268,18 @@ def test_the_hint_on_edges_says_what_an_edge_of_this_graph_is(make_study, app):
         study.map.show_topology([(1, 2, 1.0)], directed)
         assert said in study.map_panel.hint.text() and said in study.modes["edges"].toolTip()
         assert ("receives" in study.map_panel.hint.text()) == directed
+
+
+def test_a_file_dialog_is_gone_before_what_was_chosen_is_tried(make_study, app, tmp_path):
+    study, seen = active(make_study(), 1280, 800), []
+    (tmp_path / "law.py").write_text("")
+
+    def chosen(path):
+        dialogs = study.findChildren(FileDialog)
+        seen.append((path, [dialog.isVisible() for dialog in dialogs]))
+
+    dialog = FileDialog(study, "Open", str(tmp_path) + os.sep, "Laws (*.py)", chosen)
+    assert dialog.isVisible()
+    dialog.selectFile(str(tmp_path / "law.py"))
+    dialog.accept()
+    assert seen == [(str(tmp_path / "law.py"), [False])]

@@ -30,7 +30,8 @@ class FileDialog(QFileDialog):
         self.setFileMode(self.AnyFile if saves or kinds else self.Directory)
         self.selectFile(os.path.basename(start))
         self.findChild(QLineEdit).textChanged.connect(guarded(lambda *_: self._ask_to_replace("")))
-        self.fileSelected.connect(guarded(chosen))
+        self._chosen = chosen
+        self.fileSelected.connect(self._on_selected)
         self.finished.connect(self.deleteLater)
         self.show()
 
@@ -42,6 +43,11 @@ class FileDialog(QFileDialog):
             self._ask_to_replace(existing[0])
         else:
             super().accept()
+
+    @guarded
+    def _on_selected(self, path):
+        self.hide()  # what is chosen may take long, and be cancelled in the window behind
+        self._chosen(path)
 
     def _ask_to_replace(self, path):
         if self._saves:

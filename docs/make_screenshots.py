@@ -198,6 +198,33 @@ def take_sweep(gui, until, picture):
     gui.opened.close()
 
 
+def square_that_may_touch():
+    """Return a scenario whose requirement some starts break."""
+    from mrs_simulator.scenario.scenario import scenario_from_dict
+
+    return scenario_from_dict({
+        "title": "Robots form a square", "fidelity": "kinematic", "duration": 12,
+        "poses": [[4, -1, 0], [2, 4, 1], [-3, 2, 2], [-1, -4, 3]],
+        "topology": {"preset": "complete"},
+        "control": {"protocol": "displacement_formation", "parameters": {"gain": 0.5}},
+        "requirements": {"apart": "always(each pair(clearance >= 0.1 m))"},
+        "search": {"poses": {"within": [-4, -4, 4, 4], "apart": 1.5}, "robots": [2, 4]},
+    }, "square")  # fmt: skip
+
+
+def take_search(gui, until, picture):
+    """Take the picture of a counterexample that was found."""
+    gui.show_scenario(square_that_may_touch())
+    gui.bring_forward("Search")
+    until(gui.search.vary.toPlainText)
+    gui.search.buttons["break"].click()
+    until(gui.search.show_run.isVisible)
+    gui.search.show_run.click()
+    until(lambda: gui.opened.run is not None and gui.replay.cursor.is_past)
+    picture("gui_search")
+    gui.opened.close()
+
+
 def take(options):
     """Take the pictures of a whole study in one look."""
     import rosgraph
@@ -254,6 +281,7 @@ def take(options):
         if options.robots == 7:
             take_runs(gui, until, picture)
             take_sweep(gui, until, picture)
+            take_search(gui, until, picture)
             take_world(gui, press, until, picture)
             gui.show_scenario(scenario_of(options.robots))
             gui.results_tabs.setCurrentWidget(curves)

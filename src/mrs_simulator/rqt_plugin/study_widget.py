@@ -25,6 +25,7 @@ from mrs_simulator.rqt_plugin.window.results import Results
 from mrs_simulator.rqt_plugin.window.saved_layout import restore_layout, saved_layout
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
+from mrs_simulator.rqt_plugin.window.search import SearchControl
 from mrs_simulator.rqt_plugin.window.selection import Selection
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.shelf import ShelfControl
@@ -79,6 +80,9 @@ class StudyWidget(StudyPanels):
             self, self.study.shelf, self.files, self.opened, self.results
         )
         self.sweep_control = SweepControl(self, self.study, self.opened)
+        self.search_control = SearchControl(
+            self, self.study, self.opened, self.replay, self.files, self.shelf_control
+        )
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.disturbance = Disturbance(self, self.study)
         self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
@@ -239,6 +243,7 @@ class StudyWidget(StudyPanels):
         self.comparison_control.follow()
         self.shelf_control.follow()
         self.sweep_control.follow()
+        self.search_control.follow()
         self.status_line.show()
         self.edits.keep()
 

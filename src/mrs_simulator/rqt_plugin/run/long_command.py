@@ -1,5 +1,12 @@
 """A command of this package that takes long, in a process of its own; without Qt."""
 
+import os
+
+
+def jobs():
+    """Return how many processes a command may have: all cores but one, which is the window's."""
+    return max(1, (os.cpu_count() or 1) - 1)
+
 
 class LongCommand:
     """At most one process at a time, which ends with the GUI."""

@@ -46,6 +46,19 @@ class RunFiles:
         scenario = self._edited.scenario if history is None else self.ran(history)[0]
         return _named(scenario)
 
+    def new_folder(self, what):
+        """Make and return a new folder beside other results, for a ``what`` of the edited scenario."""
+        wanted = os.path.join(self.results_directory(), self.suggested_name() + "_" + what)
+        path, count = wanted, 2
+        while os.path.exists(path):
+            path, count = "{}_{}".format(wanted, count), count + 1
+        os.makedirs(path)
+        return path
+
+    def short_path(self, path):
+        """Return the ``path`` of something among the results as users write it."""
+        return os.path.join("~", SAVED, os.path.relpath(path, self.results_directory()))
+
     def save(self, history, directory, more=()):
         """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background.
 

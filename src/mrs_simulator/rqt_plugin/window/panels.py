@@ -18,6 +18,7 @@ from mrs_simulator.rqt_plugin.run.bar import RunBar
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.run.programs_panel import ProgramsPanel
+from mrs_simulator.rqt_plugin.search.panel import SearchPanel
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.shelf.comparison_panel import ComparisonPanel
 from mrs_simulator.rqt_plugin.shelf.panel import ShelfPanel
@@ -130,7 +131,8 @@ class StudyPanels(QWidget):
         self.map.follow_asked.connect(self._on_follow)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.comparison = ComparisonPanel()
-        self.sensors, self.programs, self.sweep = SensorsPanel(), ProgramsPanel(), SweepPanel()
+        self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
+        self.sweep, self.search = SweepPanel(), SearchPanel()
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)
         self.results_tabs = QTabWidget()
@@ -141,6 +143,7 @@ class StudyPanels(QWidget):
             (self.verdict, "Verdict"),
             (self.comparison, "Compare"),
             (self.sweep, "Sweep"),
+            (self.search, "Search"),
             (self.sensors, "Robot"),
             (self.programs, "Programs"),
             (self.messages, "Messages"),

@@ -5,9 +5,8 @@ import re
 import time
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
-from mrs_simulator.rqt_plugin.run.long_command import LongCommand
+from mrs_simulator.rqt_plugin.run.long_command import LongCommand, jobs
 from mrs_simulator.rqt_plugin.run.study_run import last_lines
-from mrs_simulator.rqt_plugin.shelf.folder import SAVED
 from mrs_simulator.rqt_plugin.sweep.axes import key_of, read_texts, swept_keys
 from mrs_simulator.rqt_plugin.sweep.cells import SweepCells, read_news
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
@@ -55,7 +54,7 @@ class SweepControl:
         if any(errors for _, _, errors in read) or self._command.is_running:
             return
         try:
-            self._start(paths, [word for word, _, _ in read])
+            self._start([word for word, _, _ in read])
         except OSError as error:
             panel.note.say("not started: {}".format(reason(error)), "error")
             return
@@ -67,18 +66,12 @@ class SweepControl:
         panel.set_running(True)
         self._show()
 
-    def _start(self, paths, words):
+    def _start(self, words):
         """Begin the process; what it writes goes to a new folder beside other results."""
-        files = self._study.files
-        wanted = os.path.join(files.results_directory(), files.suggested_name() + "_sweep")
-        self.directory, count = wanted, 2
-        while os.path.exists(self.directory):
-            self.directory, count = "{}_{}".format(wanted, count), count + 1
-        os.makedirs(self.directory)
+        self.directory = self._study.files.new_folder("sweep")
         path = write_scenario(self._study.scenario, self.directory)
         axes = [each for word in words for each in ("--sweep", word)]
-        jobs = max(1, (os.cpu_count() or 1) - 1)  # the window has a core of its own
-        options = "--out", self.directory, "--jobs", jobs, "--plan"
+        options = "--out", self.directory, "--jobs", jobs(), "--plan"
         self._command.start("experiment", path, *axes, *options)
 
     @guarded
@@ -131,8 +124,7 @@ class SweepControl:
         panel = self._panels.sweep
         panel.show_cells(self.cells)
         panel.note.say(self.cells.summary(), "aside")
-        shown = os.path.relpath(self.directory, self._study.files.results_directory())
-        panel.place.say(FOLDER.format(os.path.join("~", SAVED, shown)))
+        panel.place.say(FOLDER.format(self._study.files.short_path(self.directory)))
 
     def _end(self, code):
         """Show how the process has ended with ``code``, and look once more for cells."""

@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import json
 import os
+import re
 import sys
 
 from mrs_simulator.core.program import program
@@ -23,6 +24,7 @@ from mrs_simulator.verdict.requirements.results import line_of
 
 SCENARIO, REPORT, RUN = "counterexample.yaml", "search.json", "run"
 BROKEN, HELD = 1, 0  # exit codes
+PROGRESS = re.compile(r"^search: (\d+) runs(?: so far|, (.*))$", re.MULTILINE)
 
 
 @printing
@@ -84,9 +86,9 @@ def opened(arguments, default=None):
     unsaid = default is not None and not varied
     if unsaid:
         varied = default(scenario)
-        _report("the scenario has no search; this varies: {}".format(", ".join(varied)))
+        tell("the scenario has no search; this varies: {}".format(", ".join(varied)))
     space = Space(search_from(varied, path + ": search"), scenario.n, scenario.topology)
-    options = arguments.jobs, arguments.scheduler, _report, unsaid
+    options = arguments.jobs, arguments.scheduler, tell, unsaid
     return Search(content, path, space, *options)
 
 
@@ -104,7 +106,7 @@ def optimiser_of(wanted):
     except ImportError:
         if wanted == "cma":
             raise SweepError("--optimiser cma: wanted the Python package cma") from None
-        _report("the Python package cma is not installed: runs are drawn at random")
+        tell("the Python package cma is not installed: runs are drawn at random")
         return "random"
     return "cma"
 
@@ -136,7 +138,7 @@ def break_scenario(arguments):
             print("  {} of them were refused, as: {}".format(refused, often))
         return HELD
     if not arguments.no_shrink:
-        _report("found after {} runs; it is shrunk".format(found.runs))
+        tell("found after {} runs; it is shrunk".format(found.runs))
         found = search.shrunk(found)
     report.update(
         variation=found.variation,
@@ -185,8 +187,19 @@ def story_of(found, report, out):
     return lines
 
 
-def _report(text):
+def tell(text):
+    """Say on stderr how far a search is; a display reads it by ``progress_in``."""
     print("search: " + text, file=sys.stderr)
+
+
+def progress_in(printed):
+    """Return ``(runs, nearest)`` of what a search has ``printed``: how many runs, and what came nearest.
+
+    None and "" where it does not say; ``nearest`` is a text with its unit.
+    """
+    found = PROGRESS.findall(printed)
+    nearest = [text for _, text in found if text]
+    return (int(found[-1][0]) if found else None), (nearest[-1] if nearest else "")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import math
 import multiprocessing
+import time
 import weakref
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ SPREAD = 0.3  # [-] of the cube, the optimiser's first standard deviation
 NEAR_PENALTY = 10.0  # [1/m] of robots that begin too near, which are not run
 THRESHOLD = 1e-3  # [-] of what is bisected, to which the threshold is found
 MOST_BISECTIONS = 20
+EVERY = 2.0  # [s] of wall time between two words on how many runs there were
 FEWEST_ROBOTS = 2
 
 
@@ -43,7 +45,7 @@ class Search:
         self.content, self.path, self.space, self._within = content, path, space, within
         self._scheduler = scheduler
         self._report = report or (lambda text: None)
-        self.runs, self.errors = 0, {}
+        self.runs, self.errors, self._told_at = 0, {}, time.monotonic()
         self.printed = multiprocessing.Value("l", MOST_PRINTED)  # of the laws, left to be shown
         self._cores = Cores(jobs, self.printed)
         # Left to the interpreter's end, a pool may write to a pipe that is closed by then.
@@ -64,7 +66,8 @@ class Search:
         else:
             done = self._cores.run(try_variation, tasks)
         trials = [None] * len(tasks)
-        for row, trial in done:
+        for ended, (row, trial) in enumerate(done, self.runs + 1):
+            self._tell(ended)
             dead = isinstance(trial, dict)  # as ``workers.failed`` says it
             trials[row] = Trial(math.inf, error=trial["ended"]) if dead else trial
         self.runs += len(tasks)
@@ -72,6 +75,12 @@ class Search:
             if trial.error:
                 self.errors[trial.error] = self.errors.get(trial.error, 0) + 1
         return trials
+
+    def _tell(self, runs):
+        """Say now and then how many ``runs`` have ended."""
+        if time.monotonic() - self._told_at >= EVERY:
+            self._told_at = time.monotonic()
+            self._report("{} runs so far".format(runs))
 
     # Searching ----------------------------------------------------------------------------------
 

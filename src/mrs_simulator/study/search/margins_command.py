@@ -13,7 +13,7 @@ from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.draw.style import add_look, look_of
 from mrs_simulator.study.results.stamp import stamp_of
-from mrs_simulator.study.search.break_command import add_runs, exit_with
+from mrs_simulator.study.search.break_command import add_runs, exit_with, tell
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.margins import Margins, axes_of
 
@@ -47,7 +47,7 @@ def margins(arguments):
     scenario = scenario_of_file(content, path)
     wanted = None if arguments.along is None else [_along(text) for text in arguments.along]
     axes = axes_of(content, wanted)
-    search = Search(content, path, None, arguments.jobs, arguments.scheduler)
+    search = Search(content, path, None, arguments.jobs, arguments.scheduler, tell)
     os.makedirs(arguments.out, exist_ok=True)
     found = Margins(search, axes, scenario.n).found()
     report = {"scenario": path, "runs": search.runs, **found}

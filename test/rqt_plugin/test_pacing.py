@@ -96,3 +96,25 @@ def test_the_axis_of_a_long_run_grows_by_steps():
     assert [_ahead_of(end) for end in (0.3, 5.0, 5.1, 9.9, 10.0, 33.0, 64.0, 65.0)] == [
         *(0.3, 5.0, 6.0, 10.0, 10.0, 36.0, 64.0, 72.0)
     ]
+
+
+def test_a_robot_is_picked_out_and_another_team_shown_in_short_steps():
+    panel, history = shown(CurvesPanel(), 700, 300), History()
+    for time in (0.0, 1.0, 2.0):
+        history.append(snapshot(time))
+    panel.set_history(history)
+    panel._timer.stop()
+    canvas, drawn = panel._canvas, []
+    prepared = canvas.draw_prepared
+    canvas.draw_prepared = lambda: (drawn.append(panel._plot.builds), prepared())
+    panel._tick()
+    assert not drawn and panel._dirty  # the axes are there
+    panel._tick()
+    (builds,) = drawn
+    panel.pick_out(2)
+    panel._tick()
+    assert drawn == [builds, builds]  # nothing was built for that
+    widths = [line.get_linewidth() for line in panel._plot.axes.lines]
+    assert widths[1] > widths[0] and panel._plot.axes.lines[0].get_alpha() < 1.0
+    assert panel._plot.moving[-1] is panel._plot.axes.lines[1]
+    panel.close()

@@ -66,10 +66,13 @@ class _Canvas(FigureCanvasQTAgg):
 
     @guarded
     def draw(self):
+        """Update the figure and draw it."""
+        if self.isVisible():
+            self.prepare()
+            self.draw_prepared()
+
+    def draw_prepared(self):
         """Draw the curves anew, and all around them where it has changed, which costs most."""
-        if not self.isVisible():
-            return
-        self.prepare()
         moving, around = self._plot.moving, self._plot.around()
         if around == self._kept[0]:
             self.restore_region(self._kept[1])
@@ -284,7 +287,12 @@ class DrawnCurves(QWidget):
     def _tick(self):
         seen, begun = self.isVisible() and not self.window().isMinimized(), clock.thread_time()
         if seen and (self._dirty or self._stamp() != self._drawn):
-            self._canvas.draw()
+            builds = self._plot.builds
+            self._prepare()
+            if self._plot.builds != builds:  # to draw it, too, is another pause
+                self._renew()
+                return
+            self._canvas.draw_prepared()
             self._cost += SMOOTH * (clock.thread_time() - begun - self._cost)
         wait = pacing.pause(self._cost, pacing.CURVES, len(self._source.history.numbers))
         self._timer.setInterval(max(PERIOD, int(1e3 * wait)))

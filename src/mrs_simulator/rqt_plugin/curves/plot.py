@@ -51,6 +51,11 @@ def _known(family):
     return [name for name in (family,) if name in names] + ["DejaVu Sans"]
 
 
+def _in_legend(style):
+    """Return of a ``style`` what is the same whether or not the curve is picked out."""
+    return {key: value for key, value in style.items() if key not in ("alpha", "lw", "zorder")}
+
+
 class CurvesPlot:
     """The figure of one quantity against time."""
 
@@ -62,7 +67,7 @@ class CurvesPlot:
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
         self.remark = ""  # above the axes
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
-        self._builds, self._laid = 0, None  # [-] of axes; what their place and labels are of
+        self.builds, self._laid = 0, None  # [-] of axes; what their place and labels are of
 
     def take_look(self, family, pixels, face, base, text, math="dejavusans"):
         """Take the font's family and size [pixels], and the colours (r, g, b) of background and text.
@@ -107,11 +112,12 @@ class CurvesPlot:
         """Show ``curves`` of quantity ``index`` of a team within limits; ``ylim`` None: fitting."""
         self._curves, self._numbers, self._index = curves, numbers, index
         box, lone = self.figure.bbox, all(len(curve.time) == 1 for curve in curves)
-        looks = [(curve.name, curve.style) for curve in curves]
+        looks = [(curve.name, _in_legend(curve.style)) for curve in curves]
         built = looks, numbers, index, message, box.size.tolist(), lone, self.remark
         if built != self._built:
             self._build(message, {"marker": "o", "ms": 3} if lone else {})
-            self._built, self._builds = built, self._builds + 1
+            self._built, self.builds = built, self.builds + 1
+        self._restyle()
         self.axes.set_xlim(xlim)
         if self._bundle is not None:
             self._drawn = self._fill_bundle()
@@ -122,10 +128,21 @@ class CurvesPlot:
             self._lay_out()
             self._laid = self.around()
 
+    def _restyle(self):
+        """Show which curves are picked out; for that nothing is built anew."""
+        if self._bundle is not None:
+            styles = [curve.style for curve in self._curves]
+            self._bundle.set_color([(*to_rgb(s["color"]), s.get("alpha", 1.0)) for s in styles])
+            self._bundle.set_linewidth([s["lw"] for s in styles])
+            return
+        for curve, line in zip(self._curves, self.axes.lines):
+            style = curve.style
+            line.set(alpha=style.get("alpha"), lw=style["lw"], zorder=style.get("zorder", 2.0))
+
     def _fitting(self, log):
         """Return limits that fit what is drawn: those of before where they still do."""
         wanted = fitted([values for _, values in self._drawn], log)
-        if self._laid is None or self._laid[0] != self._builds:
+        if self._laid is None or self._laid[0] != self.builds:
             return wanted
         held = self.axes.get_ylim()
         (low, high), (least, most) = (np.log(pair) if log else pair for pair in (held, wanted))
@@ -136,12 +153,13 @@ class CurvesPlot:
     def around(self):
         """Return what all but the curves depends on, anything that can be compared."""
         box = self.figure.bbox.size.tolist(), self.figure.dpi
-        return self._builds, self.axes.get_xlim(), self.axes.get_ylim(), box
+        return self.builds, self.axes.get_xlim(), self.axes.get_ylim(), box
 
     @property
     def moving(self):
         """Return the artists of the curves, which change as a run goes on."""
-        return list(self.axes.lines) if self._bundle is None else [self._bundle]
+        lines = list(self.axes.lines) if self._bundle is None else [self._bundle]
+        return sorted(lines, key=lambda line: line.get_zorder())
 
     def nearest(self, x, y):
         """Return the curve within reach of a pixel, its nearest point [pixels] and time, or None."""
@@ -184,7 +202,8 @@ class CurvesPlot:
     def _build(self, message, marks):
         """Make the axes, one line per curve, and a legend or colour bar."""
         quantity, em = QUANTITIES[self._index], self.em()
-        self.figure.clear()
+        for axes in list(self.figure.axes):  # to clear them would make them anew
+            self.figure.delaxes(axes)
         self.figure.set_facecolor(self._face)
         self.axes = axes = self.figure.add_subplot(1, 1, 1)
         axes.set_facecolor(self._base)
@@ -208,9 +227,7 @@ class CurvesPlot:
             spine.set(color=self._mixed(0.7), linewidth=0.7)
         self._bundle = None
         if len(self._curves) > MANY_CURVES:
-            styles = [curve.style for curve in self._curves]
-            colours = [(*to_rgb(s["color"]), s.get("alpha", 1.0)) for s in styles]
-            self._bundle = LineCollection([], colors=colours, linewidths=[s["lw"] for s in styles])
+            self._bundle = LineCollection([])
             axes.add_collection(self._bundle, autolim=False)
         else:
             for curve in self._curves:

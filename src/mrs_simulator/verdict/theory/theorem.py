@@ -31,6 +31,7 @@ FINER = 1, 2, 4  # times as many commands, of whose three values a parabola in t
 AT_ZERO = (
     np.array([1.0, -6.0, 8.0]) / 3.0
 )  # its value at 0, from theirs: Richardson's extrapolation
+LOOKED_AT = 16  # [-] times as long a solution at least, of whose parts finer commands are looked at
 SHRINKS = 0.75  # [-] of a miss, that half the period leaves at most where the period is to blame
 SHORT = "run too short for this claim: {} s are needed, {} s were run"
 OPEN = "run too short for this claim: {} {}"
@@ -136,10 +137,12 @@ class Points:
         found = None if half is None else measured_of(half, claim)
         if found is not None and found.passed:
             return Answer(False, HELD.format(self.WHO, said, _had(found)))
-        for doubled in range(int(np.log2(share)) + 1):
-            slowly = self._slowly_held(claim, 2.0**doubled)
+        part = 1.0
+        while part == 1.0 or part <= share / LOOKED_AT:
+            slowly = self._slowly_held(claim, part)
             if slowly:
                 return Answer(False, slowly)
+            part *= 2.0
         return Answer(False, FALSE.format(self.WHO, said))
 
     def _slowly_held(self, claim, share):

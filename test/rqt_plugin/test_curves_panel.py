@@ -561,3 +561,33 @@ def test_a_legend_of_many_runs_stays_in_the_figure_and_leaves_room(panel, size):
     assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
     assert panel._plot.axes.bbox.height >= 0.35 * figure.bbox.height
     assert {"own", "run 4.0"} <= {text.get_text() for text in legend.get_texts()}
+
+
+def test_the_menu_of_the_curves_selects_isolates_and_exports(panel):
+    panel.set_history(make_history(40))
+    settle(panel)
+    clicked, exported = [], []
+    panel.robot_clicked.connect(clicked.append)
+    panel.export_asked.connect(exported.append)
+
+    def entries(place):
+        panel._canvas.customContextMenuRequested.emit(place)
+        found = {entry.text(): entry for entry in panel.menu.actions()}
+        panel.menu.hide()
+        return found
+
+    on_curve = pixel(panel, 2.0, 2.0 * 3.0)
+    found = entries(on_curve)
+    assert "All robots" not in found
+    found["Select robot 2"].trigger()
+    found["Robot 2 alone"].trigger()
+    settle(panel)
+    assert clicked == [2] and len(lines(panel)) == 1
+    found = entries(QPoint(3, 3))
+    assert "Select robot 2" not in found
+    found["All robots"].trigger()
+    settle(panel)
+    assert len(lines(panel)) == 3
+    for text in ("Copy the curves", "Picture of the curves...", "Compose a figure..."):
+        found[text].trigger()
+    assert exported == ["table", "curves", "figure"]

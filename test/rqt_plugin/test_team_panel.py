@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from gui_fixtures import shown
 from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QContextMenuEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
     QAbstractItemView,
@@ -532,3 +533,32 @@ def test_a_team_that_is_locked_says_why_in_a_line_and_in_tooltips(panel):
     assert "Not now: stop it: press End" in panel._table.toolTip()
     panel.set_editable(True)
     assert not panel._locked.isVisible() and panel._table.toolTip() == ""
+
+
+def menu_of(panel):
+    """Open the table's menu; return its entries by text."""
+    place = panel._table.rect().center()
+    QApplication.sendEvent(
+        panel._table.viewport(), QContextMenuEvent(QContextMenuEvent.Mouse, place)
+    )
+    return {entry.text().split("\t")[0]: entry for entry in panel._table.menu.actions()}
+
+
+def test_the_tables_menu_copies_selects_arranges_and_follows(panel):
+    asked = []
+    panel.follow_asked.connect(asked.append)
+    go_to(panel, 2)
+    entries = menu_of(panel)
+    assert not entries["Align: same x"].isEnabled() and entries["Copy"].isEnabled()
+    entries["Follow in the 3D view"].trigger()
+    assert asked == [2]
+    entries["Select all"].trigger()
+    entries = menu_of(panel)
+    assert not entries["Follow in the 3D view"].isEnabled()
+    before = panel.poses()
+    entries["Align: same x"].trigger()
+    assert (panel.poses()[:, 0] == before[:, 0].mean()).all() and len(panel.changes) == 1
+    panel.set_editable(False, "locked")
+    entries = menu_of(panel)
+    assert not entries["Align: same y"].isEnabled() and not entries["Paste"].isEnabled()
+    panel._table.menu.close()

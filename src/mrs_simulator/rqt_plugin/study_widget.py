@@ -76,6 +76,7 @@ class StudyWidget(StudyPanels):
         )
         given = self.results, self.files, processes, self.opened, self.comparison_control
         self.export = Export(self, *given)
+        self.curves.export_asked.connect(guarded(self.export.do))
         self.shelf_control = ShelfControl(
             self, self.study.shelf, self.files, self.opened, self.results
         )

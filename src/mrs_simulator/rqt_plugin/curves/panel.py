@@ -9,7 +9,7 @@ from mrs_simulator.rqt_plugin.curves.plot import DPI, CurvesPlot
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QLabel
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QLabel, QMenu
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.draw.canvas import HEIGHT, STYLE, WIDTH, save
 
@@ -22,6 +22,7 @@ class CurvesPanel(DrawnCurves):
 
     time_chosen = Signal(float)  # [s] of the history, by a click
     robot_clicked = Signal(int)  # the number of the robot whose curve was clicked
+    export_asked = Signal(str)  # a name of ``run.bar.EXPORTS``
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -39,6 +40,9 @@ class CurvesPanel(DrawnCurves):
         connect("motion_notify_event", self._on_motion)
         connect("button_release_event", self._on_release)
         connect("figure_leave_event", self._on_leave)
+        self.menu = None
+        self._canvas.setContextMenuPolicy(Qt.CustomContextMenu)
+        self._canvas.customContextMenuRequested.connect(self._on_menu)
 
     @property
     def canvas(self):
@@ -75,6 +79,32 @@ class CurvesPanel(DrawnCurves):
     def _on_drawn(self):
         self._point_out()
         self._place_line()
+
+    @guarded
+    def _on_menu(self, place):
+        """Offer what can be done with the curves, and with the one at ``place`` (a ``QPoint``)."""
+        ratio = self._canvas.devicePixelRatioF()
+        at = place.x() * ratio, (self._canvas.height() - place.y()) * ratio
+        found = self._plot.nearest(*at) if self._drawn is not None else None
+        self.menu = menu = QMenu(self)
+        menu.setAttribute(Qt.WA_DeleteOnClose)
+        for text, action in self._entries(found[0].robot if found else 0):
+            menu.addAction(text).triggered.connect(guarded(lambda *_, do=action: do()))
+        menu.popup(self._canvas.mapToGlobal(place))
+
+    def _entries(self, robot):
+        """Return the menu's texts, and what they do; ``robot``: the number of that of a curve, or 0."""
+        if robot:
+            yield "Select robot {}".format(robot), lambda: self.robot_clicked.emit(robot)
+            yield "Robot {} alone".format(robot), lambda: self._field.setText(str(robot))
+        if self._field.text():
+            yield "All robots", self._field.clear
+        yield "Whole run", self.see_all
+        if not self._follow.isChecked():
+            yield "Follow the newest", lambda: self._follow.setChecked(True)
+        yield "Copy the curves", lambda: self.export_asked.emit("table")
+        yield "Picture of the curves...", lambda: self.export_asked.emit("curves")
+        yield "Compose a figure...", lambda: self.export_asked.emit("figure")
 
     def show_moment(self, time):
         """Show a line at ``time`` [s] of the history, None for none."""

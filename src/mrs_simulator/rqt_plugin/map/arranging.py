@@ -1,5 +1,7 @@
 """Puts several robots in order: poses (k, 3) [m, m, rad] in, poses (k, 3) out."""
 
+import functools
+
 import numpy as np
 
 GRID = 0.5  # [m] to whose multiples robots snap
@@ -33,3 +35,14 @@ def parallel(poses):
     result = poses.copy()
     result[:, 2] = poses[0, 2]
     return result
+
+
+# text, least number of robots, what it makes of their poses
+ARRANGEMENTS = (
+    ("Align: same x", 2, functools.partial(aligned, axis=X)),
+    ("Align: same y", 2, functools.partial(aligned, axis=Y)),
+    ("Align: same heading", 2, parallel),
+    ("Distribute along x", 3, functools.partial(distributed, axis=X)),
+    ("Distribute along y", 3, functools.partial(distributed, axis=Y)),
+    ("Snap to 0.5 m", 1, snapped),
+)

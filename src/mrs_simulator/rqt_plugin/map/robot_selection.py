@@ -1,24 +1,12 @@
 """Robots selected on the map: keys and menu that move and arrange them together."""
 
-import functools
-
 import numpy as np
 
-from mrs_simulator.rqt_plugin.map.arranging import X, Y, aligned, distributed, parallel, snapped
+from mrs_simulator.rqt_plugin.map.arranging import ARRANGEMENTS
 from mrs_simulator.rqt_plugin.map.obstacle_keys import ARROWS, FINE_STEP, STEP, KeyActions
 from mrs_simulator.rqt_plugin.qt.QtCore import QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QMenu
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-
-# text, least number of robots, what it makes of their poses
-ARRANGEMENTS = (
-    ("Align: same x", 2, functools.partial(aligned, axis=X)),
-    ("Align: same y", 2, functools.partial(aligned, axis=Y)),
-    ("Align: same heading", 2, parallel),
-    ("Distribute along x", 3, functools.partial(distributed, axis=X)),
-    ("Distribute along y", 3, functools.partial(distributed, axis=Y)),
-    ("Snap to 0.5 m", 1, snapped),
-)
 
 
 class RobotSelection(KeyActions):

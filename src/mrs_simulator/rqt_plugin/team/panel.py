@@ -55,6 +55,8 @@ class TeamPanel(QWidget):
         self._model.accepted.connect(self._on_edited)
         self._table = TeamTable(self._model)
         self._table.pasted.connect(self._on_pasted)
+        self._table.arranged.connect(self._on_arranged)
+        self.follow_asked = self._table.follow_asked
         self._message, self._overlaps = MessageLabel(), MessageLabel()
         self._locked = MessageLabel("aside")  # why nothing can be changed
         self._layouts = LayoutBox(lambda: len(self.kinds()))
@@ -312,6 +314,12 @@ class TeamPanel(QWidget):
     def _on_edited(self):
         self.set_team(self.poses(), self.kinds(), self._heights)
         self.team_changed.emit()
+
+    @guarded
+    def _on_arranged(self, arrangement):
+        poses, rows = self.poses(), self._group_rows()
+        poses[rows] = arrangement(poses[rows])
+        self._change(poses, self.kinds())
 
     @guarded
     def _on_pasted(self, text):

@@ -1,5 +1,6 @@
 """The table of initial poses: edited by hand, copied to and pasted from a spreadsheet."""
 
+from mrs_simulator.rqt_plugin.map.arranging import ARRANGEMENTS
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt, QTimer, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QKeySequence
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
@@ -8,6 +9,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QApplication,
     QComboBox,
     QHeaderView,
+    QMenu,
     QStyledItemDelegate,
     QTableView,
 )
@@ -45,6 +47,8 @@ class TeamTable(QTableView):
     """The table, with copying and pasting of robots."""
 
     pasted = Signal(str)
+    arranged = Signal(object)  # a function of poses (k, 3), for the robots selected
+    follow_asked = Signal(int)  # the number of a robot
 
     def __init__(self, model, parent=None):
         super().__init__(parent)
@@ -63,7 +67,6 @@ class TeamTable(QTableView):
         self.setMinimumHeight(int((ROWS_SHOWN + 1) * height))
         self._add_action("Copy", QKeySequence.Copy, self.copy)
         self._paste = self._add_action("Paste", QKeySequence.Paste, self.paste)
-        self.setContextMenuPolicy(Qt.ActionsContextMenu)
         self._rest = QTimer(self, interval=REST, singleShot=True)
         self._rest.timeout.connect(self.fit_columns)
         model.dataChanged.connect(self._on_data)
@@ -102,6 +105,24 @@ class TeamTable(QTableView):
         action.triggered.connect(function)
         self.addAction(action)
         return action
+
+    @guarded
+    def contextMenuEvent(self, event):
+        """Offer what can be done with the robots selected."""
+        rows = sorted(index.row() for index in self.selectionModel().selectedRows())
+        self.menu = menu = QMenu(self)
+        menu.setAttribute(Qt.WA_DeleteOnClose)
+        menu.addActions(self.actions())
+        menu.addAction("Select all\tCtrl+A").triggered.connect(self.selectAll)
+        follow = menu.addAction("Follow in the 3D view")
+        follow.setEnabled(len(rows) == 1)
+        follow.triggered.connect(guarded(lambda *_: self.follow_asked.emit(rows[0] + 1)))
+        menu.addSeparator()
+        for text, least, arrangement in ARRANGEMENTS:
+            entry = menu.addAction(text)
+            entry.setEnabled(len(rows) >= least and self.model().editable)
+            entry.triggered.connect(guarded(lambda *_, do=arrangement: self.arranged.emit(do)))
+        menu.popup(event.globalPos())
 
     @guarded
     def keyPressEvent(self, event):

@@ -104,6 +104,7 @@ class StudyPanels(QWidget):
 
     def _build_settings(self):
         self.team, self.protocol, self.topology = TeamPanel(), ProtocolPanel(), TopologyPanel()
+        self.team.follow_asked.connect(self._on_follow)
         self.protocol.set_protocols(sorted(HOMES))
         self.shelf = ShelfPanel()
         self.settings_tabs = QTabWidget()

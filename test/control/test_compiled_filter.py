@@ -7,10 +7,12 @@ from mrs_simulator import PioneerControl
 from mrs_simulator.control.safety import compiled_filter, nearest_velocities
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.nearest_velocities import Brakes, safe_velocities
+from mrs_simulator.control.stopping import Stopping
+from mrs_simulator.nodes.control.law_client import LawService
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.compile_ahead import compile_ahead
 from mrs_simulator.study.run.experiment import Experiment
-from mrs_simulator.vehicles import compiled_courses, courses
+from mrs_simulator.vehicles import Team, compiled_courses, courses
 
 PERIOD = 0.05
 
@@ -131,3 +133,30 @@ def test_the_filter_is_compiled_ahead():
     assert compile_ahead(["formation_safely", "sensed_crossing"]) == ["formation_safely"]
     loops = *compiled_filter.compiled_loops(), *compiled_courses.compiled_courses()
     assert all(loop.signatures for loop in loops)
+
+
+def test_robots_that_wait_for_commands_are_not_kept_waiting_by_compilation(monkeypatch):
+    def load():
+        raise RuntimeError("takes seconds")
+
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
+    monkeypatch.setattr(compiled_filter, "compiled_loops", load)
+    scenario, law = ring(["pioneer3dx"] * 2, 2)
+    service = LawService(law)
+    service.make(scenario)
+    assert service.commands(scenario.starts, 0.0).shape == (2, 2)
+    with pytest.raises(RuntimeError, match="takes seconds"):  # as where nobody waits
+        service._control.commands(scenario.starts, 0.0)
+
+
+def test_nor_is_who_foresees_whether_robots_still_stop(monkeypatch):
+    def load():
+        raise RuntimeError("takes seconds")
+
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
+    monkeypatch.setattr(courses, "compiled_courses", load)
+    stopping, pose = Stopping(Team(("pioneer3dx",) * 2), 0.2), np.zeros((2, 3))
+    (course,) = stopping.courses(np.full((2, 2), 0.1), pose, 0.0)
+    assert course.speed.shape == (2,)
+    with pytest.raises(RuntimeError, match="takes seconds"):
+        stopping._courses.course([np.zeros((2, 2))], pose, np.zeros(2), np.zeros((2, 2)), 0.2)

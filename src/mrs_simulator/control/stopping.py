@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 
+from mrs_simulator.core.compiling import in_time
 from mrs_simulator.core.neighbours import close_pairs, least_distances
 from mrs_simulator.vehicles.courses import Courses
 
@@ -53,7 +54,8 @@ class Stopping:
         known = self._inner, pose[:, :3], heights
         command = command[:, : self._width]
         wanted = [command] if self._given is None else [self._given, command]
-        return [self._courses.course(*known, each, self._hold) for each in wanted]
+        with in_time():
+            return [self._courses.course(*known, each, self._hold) for each in wanted]
 
     def _follow(self, pose, heights, now):
         rest = self._courses.at_rest(pose[:, :3], heights)

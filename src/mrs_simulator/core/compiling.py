@@ -5,6 +5,7 @@ import functools
 import os
 import re
 import sys
+import threading
 from importlib.util import find_spec
 
 VARIABLE = "MRS_SIMULATOR_COMPILED"
@@ -128,12 +129,32 @@ def _pays(saved, what):
 _asked = {}  # by function: how often this process could have used what it returns
 
 
+_thread = threading.local()
+
+
+@contextlib.contextmanager
+def in_time():
+    """Let :func:`same_bits` compile and load nothing in this thread: robots wait for its results."""
+    before, _thread.in_time = _is_in_time(), True
+    try:
+        yield
+    finally:
+        _thread.in_time = before
+
+
+def _is_in_time():
+    return getattr(_thread, "in_time", False)
+
+
 def same_bits(compiled, worth=WORTH, size=1):
     """Return ``compiled()``, whose results are numpy's to the bit, where it pays, else None.
 
     As the environment says, else after calls in this process whose sizes add up to ``worth``, when numpy
-    has taken about as long as numba takes to load: a tenth of that where it has been loaded.
+    has taken about as long as numba takes to load: a tenth of that where it has been loaded.  None
+    :func:`in_time`.
     """
+    if _is_in_time():
+        return None
     if is_chosen():
         return compiled() if is_wanted() else None
     asked = _asked[compiled] = _asked.get(compiled, 0) + size

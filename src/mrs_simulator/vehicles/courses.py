@@ -42,7 +42,7 @@ class Courses:
         self.team = getattr(team, "bases", team)
         self.dimension = team.dimension  # d, of places
         drive = self.team.groups[0].drive
-        plain = drive.RAMPS and not drive.JOINTS and drive.MEDIUM != "air" and team.dimension == 2
+        plain = drive.RAMPS and not drive.JOINTS and drive.MEDIUM != "air"
         self._ramps_alone = plain and len(self.team.groups) == 1 and set(drive.AXES) <= set(PLANAR)
 
     def at_rest(self, pose, heights):
@@ -84,7 +84,7 @@ class Courses:
 
         ``command`` (n, a) is held for ``hold`` [s]; then they brake.
         """
-        if self._ramps_alone:
+        if self._ramps_alone and self.dimension == 2:
             loops = same_bits(compiled_courses, WORTH, 2 + len(pose) // 50)
             if loops is not None:
                 return _looped(loops, self.team.groups[0], inner[0], pose, command, hold)

@@ -10,6 +10,7 @@ import numpy as np
 
 from mrs_simulator.control.user_code import CallFailed, InPlace, TimedOut, Worker, WorkerThread
 from mrs_simulator.control.worker_process import ForkedProcess
+from mrs_simulator.core.compiling import in_time
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.verdict.user_values import texts_of
 
@@ -70,7 +71,8 @@ class LawService:
         """
         more = {} if readings is None else {"readings": readings}
         more = more if joints is None else dict(more, joints=joints)
-        return self._control.commands(pose, time, **more)
+        with in_time():
+            return self._control.commands(pose, time, **more)
 
     def targets(self, pose):
         """Return where, seen from above, the hand points are wanted, (n, 2) [m], or None."""

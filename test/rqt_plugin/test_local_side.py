@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
+from mrs_simulator.core import compiling
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
@@ -400,10 +401,10 @@ def path(tmp_path):
     return str(path)
 
 
-def played(path, *requests):
+def played(path, *requests, speed=0.0):
     """Return the ``Script`` of an engine asked ``requests``, ``(samples before, name, arguments)``."""
     script = Script(*requests, (0, "pause", (True,)))
-    engine = Engine(script, load_scenario(path), 0.0, os.path.dirname(path))
+    engine = Engine(script, load_scenario(path), speed, os.path.dirname(path))
     with pytest.raises(Over):
         engine.spin()
     engine.close()
@@ -417,6 +418,19 @@ def test_time_begins_with_the_controller(path):
     assert np.diff([state.time for state in run]) == pytest.approx(0.1)
     np.testing.assert_array_equal(run[0].pose, load_scenario(path).poses)
     assert script.all("result")[0] == ("stop", True, "stopped")
+
+
+@pytest.mark.parametrize("speed, waits", [(0.0, False), (2.0, True)])
+def test_a_run_that_somebody_watches_does_not_wait_for_compilation(path, speed, waits, monkeypatch):
+    seen, go_on = set(), Experiment.go_on
+
+    def asked(self, commanded=True):
+        seen.add(compiling._is_in_time())
+        return go_on(self, commanded)
+
+    monkeypatch.setattr(Experiment, "go_on", asked)
+    played(path, (0, "control", (path,)), (3, "stop", ()), speed=speed)
+    assert seen == {waits} and not compiling._is_in_time()
 
 
 def test_a_robot_that_is_held_is_pushed_by_events_that_repeat_the_run(path, tmp_path):

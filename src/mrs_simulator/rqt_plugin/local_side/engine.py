@@ -15,6 +15,7 @@ import numpy as np
 
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.control.worker_process import named_place
+from mrs_simulator.core.compiling import in_time
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.record.controller_log import LAW_FAILED, deadlock_text, failure
@@ -38,6 +39,7 @@ NO_CONTROLLER = "no controller runs"
 LOOK, PICTURE, STATUS, REST = 0.005, 0.03, 0.1, 0.2
 NAP = 0.01  # [s] of wall time that is waited at most for a request
 UNMOVED = 1e-6  # [m] within which a robot is where it is held
+UNHURRIED = 2.0  # [-] times real time, at which numpy keeps up
 BEAT = 0.4  # [s] of wall time without a status after which the last one is sent again
 
 
@@ -127,7 +129,8 @@ class Engine:
         self._steps = max(0, self._steps - 1)
         try:
             experiment.begin()
-            is_sample = experiment.go_on(self._running)
+            with in_time() if 0.0 < self._pacer.speed <= UNHURRIED else contextlib.nullcontext():
+                is_sample = experiment.go_on(self._running)
             if is_sample:
                 self._record.sample()
         except LawFailed as error:

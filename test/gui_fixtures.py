@@ -67,7 +67,7 @@ os._exit(0)  # as the window does: the interpreter takes Qt's objects down in an
 """
 
 
-def run_gui(ros, code, path, *arguments, limit=120):
+def run_gui(ros, code, path, *arguments, limit=240):
     """Run a piece of Python in a GUI's process with the scenario at ``path``; return what it printed."""
     command = [sys.executable, "-c", PROGRAM + code + END, path, *map(str, arguments)]
     name = os.path.basename(tempfile.mkdtemp(prefix="gui", dir=ros.directory))
@@ -84,7 +84,7 @@ def gui(ros, tmp_path):
     ros.environment["HOME"] = str(tmp_path)
     ros.use_quick_rosrun()
 
-    def run(code, *arguments, scenario="paper_four", limit=120):
+    def run(code, *arguments, scenario="paper_four", limit=240):
         path = os.path.join(ROOT, "scenarios", os.path.splitext(scenario)[0] + ".yaml")
         return run_gui(ros, code, path, *arguments, limit=limit)
 

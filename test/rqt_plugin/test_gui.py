@@ -535,7 +535,7 @@ until(lambda: gui.connection._master.subscribers)
 found = []
 for _ in range(6):
     open_and_close()
-    until(let_go, 30.0)
+    until(let_go)
     found.append(alive()[1:])
     if found[-1:] == found[-2:-1]:  # what stays open may make widgets once; a leak grows each time
         break

@@ -5,7 +5,7 @@ import pytest
 from protocol_fixtures import shipped
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.core.claims import converges_to, disagreement, distance_to, rate
+from mrs_simulator.core.claims import converges_to, disagreement, distance_to, ends_at, rate
 from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
@@ -134,6 +134,27 @@ def test_what_held_commands_make_false_is_said():
 
     found = check_of(run_of(Continuous, {"preset": "complete"}, 20.0), "decay rate")
     assert found["passed"] is False and found["note"].startswith("false by held commands")
+
+
+@pytest.mark.parametrize("gain, times", [(60.0, 2), (170.0, 4)])
+def test_so_many_commands_more_are_named_as_mend_what_few_make_false(gain, times):
+    """Two points agree while ``|1 - 2 gain/rate| < 1``: not at 50 Hz, but at so many times that."""
+
+    class Strong(Agree):
+        def pointMassLaw(self, hand):
+            return -gain * (self.topology.laplacian() @ hand)
+
+        def published(self):
+            return Averaging(weights_of(self.topology), gain)
+
+        def claims(self, start):
+            size = lambda hand: np.log10(1.0 + np.ptp(hand, axis=1).max(axis=1))  # noqa: E731
+            return [ends_at(size, 0.0, 0.01, "size of the spread [-]")]
+
+    start = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    found = check_of(run_of(Strong, {"preset": "complete"}, 0.1, start), "size")
+    assert found["passed"] is False and found["note"].startswith("false by held commands"), found
+    assert found["note"].endswith("with {} times the commands".format(times))
 
 
 def test_a_law_alone_is_no_theorem():

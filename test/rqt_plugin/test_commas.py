@@ -5,9 +5,10 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
-from gui_fixtures import quiet_study
+from gui_fixtures import quiet_study, shown
 from protocol_fixtures import shipped
-from PyQt5.QtCore import QLocale
+from PyQt5.QtCore import QLocale, Qt
+from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.rqt_plugin.team.spreadsheet import read_number
@@ -36,5 +37,35 @@ def test_fields_have_points_where_the_country_has_commas():
         row = next(each for each in study.protocol._form._rows.values() if each.editor is gain)
         assert "a point in place of the comma" in row.note.message
         study.close_study()
+    finally:
+        QLocale.setDefault(before)
+
+
+@pytest.mark.parametrize("country", ["C", "de_DE"])
+def test_a_decimal_comma_is_a_point_in_fields_that_count_up_and_down(country):
+    before = QLocale()
+    QLocale.setDefault(QLocale(country))
+    try:
+        study = shown(quiet_study(shipped("consensus")), 1180, 720)
+        study.settings_tabs.setCurrentIndex(0)
+        height = study.team._altitude
+        height.setVisible(True)
+        study.topology.setParent(None)
+        shown(study.topology, 400, 400)
+        amount = study.topology._amount
+        amount.setVisible(True)
+        amount.setDecimals(2)
+        for field, typed in ((amount, "0,25"), (amount, "0.75")):
+            field.setFocus()
+            field.selectAll()
+            QTest.keyClicks(field, typed)
+            QTest.keyClick(field, Qt.Key_Return)
+            assert field.value() == float(typed.replace(",", "."))
+            assert typed.replace(",", ".") in field.text()
+        assert height.valueFromText("initial height 1,5 m") == 1.5
+        assert height.validate("initial height 1,5 m", 0)[1] == "initial height 1.5 m"
+        study.topology.close()
+        study.close_study()
+        study.close()
     finally:
         QLocale.setDefault(before)

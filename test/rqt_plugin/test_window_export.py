@@ -170,6 +170,10 @@ def test_compared_runs_are_composed_by_name_with_their_error(study, tmp_path, mo
     assert words[words.index("--panels") + 1].split(",")[-1] == "error"
     at = words.index("--compare")
     assert words[at : at + 5] == ["--compare", compared[1][1], "--names", "k 0.02", "k 0.05"]
+    composer.begin.setText("2,5")
+    assert "'2,5': wanted a number, with a point" in composer.note.message
+    composer.begin.setText("2.5")
+    assert "wanted a number" not in composer.note.message
     composer.compare.setChecked(False)
     assert "--compare" not in composer.arguments("f.pdf")
     composer.close()

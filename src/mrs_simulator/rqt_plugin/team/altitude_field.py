@@ -1,7 +1,7 @@
 """A field for the initial height of robots that fly."""
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QDoubleSpinBox
+from mrs_simulator.rqt_plugin.widgets.fields import PointSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import FARTHEST
 
@@ -13,7 +13,7 @@ TIP = (
 )
 
 
-class AltitudeField(QDoubleSpinBox):
+class AltitudeField(PointSpinBox):
     """A height [m], or a text where heights differ."""
 
     chosen = Signal(float)  # the user wants this height

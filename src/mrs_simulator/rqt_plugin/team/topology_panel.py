@@ -7,7 +7,6 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
     QComboBox,
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QHeaderView,
@@ -20,6 +19,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QWidget,
 )
 from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
+from mrs_simulator.rqt_plugin.widgets.fields import PointSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_ANALYSED = 200  # robots up to which eigenvalues are computed while editing
@@ -70,7 +70,7 @@ class TopologyPanel(QWidget):
         self._preset = QComboBox()
         self._preset.addItems(MADE)
         self._preset.currentTextChanged.connect(self._on_preset)
-        self._amount = QDoubleSpinBox()
+        self._amount = PointSpinBox()
         self._amount.setRange(0.0, 1000.0)
         self._seed = QSpinBox()
         self._seed.setRange(0, 10**6)

@@ -7,7 +7,7 @@ text as applied, ``busy`` returns whether it is being edited.
 
 import math
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QLocale, QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -96,6 +96,24 @@ class PatientSpinBox(_Escapable, _Patient, QSpinBox):
     def give_up(self):
         """Show the value in force."""
         self.setValue(self.value())
+
+
+class PointSpinBox(QDoubleSpinBox):
+    """A number whose decimal comma is taken for a point; Qt takes it for one between thousands."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.setLocale(QLocale.c())  # shown as typed, in any country
+
+    @guarded
+    def validate(self, text, place):
+        """Return whether ``text`` may be typed, with points in place of commas."""
+        return super().validate(text.replace(",", "."), place)
+
+    @guarded
+    def valueFromText(self, text):
+        """Return the number in ``text``."""
+        return super().valueFromText(text.replace(",", "."))
 
 
 class NoWheelComboBox(QComboBox):

@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QVBoxLayout,
 )
 from mrs_simulator.rqt_plugin.run.error_message import reason
+from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -142,6 +143,12 @@ class Composer(QDialog):
         words = self.arguments("figure.pdf")
         self.command.setText(" ".join(map(shlex.quote, ["mrs-simulator", "figure", *words])))
         self.command.setCursorPosition(0)
+        for each in (self.begin, self.end):
+            if comma_remark(each.text()):
+                self._worker.ask(None)
+                said = "{!r}: wanted a number{}"
+                self.note.say(said.format(each.text(), comma_remark(each.text())), "error")
+                return
         self.note.say(DRAWING, "aside")
         path = os.path.join(self._processes.directory, "composed.png")
         asked = self.arguments(path)

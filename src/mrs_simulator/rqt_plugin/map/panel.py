@@ -9,13 +9,14 @@ from mrs_simulator.rqt_plugin.map.scene import HINTS
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt
-from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
+from mrs_simulator.rqt_plugin.qt.QtGui import QKeySequence, QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QFrame,
     QHBoxLayout,
     QLabel,
     QMenu,
+    QShortcut,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -63,7 +64,11 @@ SHOWN = (
 DIRECTED = {True: "j receives from i", False: "they become neighbours"}  # what an edge is
 HINT_ALPHA = 190  # [-] of 255, of the colour of the window below a hint
 HIDDEN = ("sensors",)  # at first: sensors are subscribed to only while shown
-TIPS = {mode: tip for mode, _, tip in MODES}
+MODE_KEY = "Ctrl+{}"  # of the first mode, the second and so on
+TIPS = {
+    mode: "{}\n({})".format(tip, MODE_KEY.format(digit))
+    for digit, (mode, _, tip) in enumerate(MODES, 1)
+}
 
 
 class MapPanel(QWidget):
@@ -102,8 +107,8 @@ class MapPanel(QWidget):
         row.setSpacing(0)
         group.setMinimumWidth(1)  # else no window is narrow enough to fold them
         self._row.addWidget(group)
-        for mode, text, tip in MODES:
-            button = _tool(text, tip)
+        for mode, text, _ in MODES:
+            button = _tool(text, TIPS[mode])
             button.setAutoExclusive(True)
             row.addWidget(button)
             button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
@@ -113,6 +118,17 @@ class MapPanel(QWidget):
         self.lesser = ModeMenu(self.modes)
         self.lesser.fold(True)  # lest a narrow window is widened before it is first shown
         row.addWidget(self.lesser)
+
+    def bind_keys(self, owner):
+        """Let Ctrl and a digit choose what the mouse does, while the focus is in ``owner``."""
+        for digit, mode in enumerate(self.modes, 1):
+            key = QShortcut(QKeySequence(MODE_KEY.format(digit)), owner)
+            key.setContext(Qt.WidgetWithChildrenShortcut)
+            key.activated.connect(guarded(lambda m=mode: self._choose_mode(m)))
+
+    def _choose_mode(self, mode):
+        if self.modes[mode].isEnabled():
+            self.modes[mode].setChecked(True)
 
     def _build_help(self):
         """Build what modes offer, over the map's lower axis, and their hints, above it; the view stays."""

@@ -106,6 +106,18 @@ class TeamTable(QTableView):
         self.addAction(action)
         return action
 
+    def focusNextPrevChild(self, forward):
+        """Go to the next cell, from the last, or back from the first, to the next widget."""
+        model = self.model()
+        ends = model.index(model.rowCount() - 1, model.columnCount() - 1), model.index(0, 0)
+        current = self.currentIndex()
+        leaves = not current.isValid() or current == ends[0 if forward else 1]
+        self.setTabKeyNavigation(not leaves)
+        try:
+            return super().focusNextPrevChild(forward)
+        finally:
+            self.setTabKeyNavigation(True)
+
     @guarded
     def contextMenuEvent(self, event):
         """Offer what can be done with the robots selected."""

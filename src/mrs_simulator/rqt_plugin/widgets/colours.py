@@ -19,6 +19,8 @@ BRIGHTENED = 0.25  # [-] share of white in the colours of a small team on a dark
 CHECKED = (
     "QToolButton:checked { background: palette(highlight); color: palette(highlighted-text);"
     " border: 1px solid palette(highlight); border-radius: 2px; }"
+    # A style sheet takes a style's own mark of the focus away.
+    " QToolButton:checked:focus { border: 2px solid palette(window-text); }"
 )
 DIM = 0.4  # [-] lightness, below which a colour is brightened there
 

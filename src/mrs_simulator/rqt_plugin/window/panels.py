@@ -122,6 +122,7 @@ class StudyPanels(QWidget):
 
     def _build_map(self):
         self.map_panel = panel = MapPanel()
+        panel.bind_keys(self)
         self.map, self.modes, self.shown = panel.map, panel.modes, panel.shown
         self.time_line = None
         return panel

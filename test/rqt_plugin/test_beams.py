@@ -102,3 +102,15 @@ def test_a_simulation_that_begins_is_asked_for_what_is_watched_already():
             assert engine.recv() == ("watch", ({0: ["sonar"], 2: ["laser"]},))
     finally:
         connection.close()
+
+
+def test_readings_that_stay_paint_nothing():
+    shown = MapView()
+    shown.show_team([POSE])
+    taken, before = reading([1.0, 2.0]), shown.revision
+    shown.show_readings({(1, "laser"): ReceivedReading(taken, 0.1, 10.0, "laser")})
+    painted = shown.revision
+    shown.show_readings({(1, "laser"): ReceivedReading(taken, 0.2, 10.0, "laser")})
+    assert painted == before + 1 == shown.revision
+    shown.show_readings({(1, "laser"): ReceivedReading(reading([1.0, 2.0]), 0.0, 10.0, "laser")})
+    assert shown.revision == painted + 1

@@ -327,8 +327,13 @@ class MapScene(QWidget):
         ``mounts``: their ``Mount``s, and those of cameras, by the same keys; in space alone.
         """
         mounts = mounts or {}
-        if readings or self.readings or mounts.keys() != self.mounts.keys():
-            self.readings, self.mounts = readings, mounts
+        newest, shown = (
+            {key: each.reading for key, each in of.items()} for of in (readings, self.readings)
+        )
+        same = newest.keys() == shown.keys() and mounts.keys() == self.mounts.keys()
+        changed = not same or any(newest[key] is not shown[key] for key in newest)
+        self.readings, self.mounts = readings, mounts
+        if changed:
             self.update()
 
     def set_trail_shown(self, number, shown):

@@ -59,7 +59,8 @@ class Canvas(QWidget):
     def show_scene(self, scene):
         """Show ``scene``, a ``Scene``; its wheels turn by how far the robots went since the one before."""
         state = scene.state
-        self._moved = time.monotonic()
+        if self.scene is None or not np.array_equal(self.scene.place, scene.place):
+            self._moved = time.monotonic()
         self.scene = scene._replace(rolled=self._odometer.at(state.robots, state.pose))
         self._keep_in_view()
         self.update()

@@ -191,7 +191,8 @@ def _looped(loops, group, inner, pose, command, hold):
     """Return the :class:`Course` of a team of one group that ramps in the plane, by ``Loops``."""
     drive, (first, brakes), columns = group.drive, _instants(hold), _columns(group.drive.AXES)
     rates = drive.rates(group.limits, group.numbers)
-    rates = np.ascontiguousarray(np.broadcast_to(rates, inner.shape))
+    rates = rates if np.shape(rates) == inner.shape else np.broadcast_to(rates, inner.shape)
+    rates = np.ascontiguousarray(rates)
 
     def target(command, inner):
         return np.ascontiguousarray(drive.target(command, inner, group.limits, group.numbers))
@@ -277,6 +278,8 @@ def _longest(group, inner):
 
 
 def _left(group, velocity):
-    """Return the remaining way (m,) [m] from the last ``velocity`` (m, 3)."""
-    late = group.drive.lateness(group.numbers) if hasattr(group.drive, "lateness") else 0.0
+    """Return the remaining way (m,) [m], or 0 of all, from the last ``velocity`` (m, 3)."""
+    if not hasattr(group.drive, "lateness"):
+        return 0.0
+    late = group.drive.lateness(group.numbers)
     return late * np.linalg.norm(velocity[:, :2], axis=1)

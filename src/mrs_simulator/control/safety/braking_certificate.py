@@ -93,7 +93,8 @@ class WayOut:
             self._speed = self._courses.speeds(self._inner)
             if self._run_on is not None:
                 self._speed = self._with_seen(pose, heights, time - self._time)
-        self._seen = np.column_stack([pose[:, :2], heights])
+        if self._run_on is not None:
+            self._seen = np.column_stack([pose[:, :2], heights])
 
     def _with_seen(self, pose, heights, seconds):
         """Return the speeds (n,) [m/s] of the model, or those seen in the last ``seconds``, or before.

@@ -73,3 +73,24 @@ def test_a_hanging_program_is_killed_at_once_when_that_is_asked_for(deaf):
     deaf.kill("control")
     wait_until(lambda: not deaf.is_running("control"))
     assert deaf.take_ended()[0][:2] == ("control", -9)
+
+
+WRITING = """#!/bin/sh
+trap 'sleep 2; echo written; exit 0' INT
+trap 'echo cut off; exit 1' TERM
+echo started
+while true; do sleep 0.1; done
+"""
+
+
+@pytest.mark.parametrize("closes", [False, True])
+def test_a_recorder_has_the_time_to_write_its_results(deaf, tmp_path, closes):
+    (tmp_path / "rosrun").write_text(WRITING)
+    deaf.start("record", "record")
+    wait_until(lambda: "started" in deaf.output("record"))
+    process = deaf._running["record"]
+    if closes:
+        deaf.close()
+    else:
+        deaf.stop("record")
+    assert process.wait(60) == 0

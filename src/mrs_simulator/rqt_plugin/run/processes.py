@@ -13,6 +13,8 @@ from mrs_simulator.core.program import PARENT
 
 # How a program is ended: with each signal, the time [s] that it has until the next one.
 ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
+# [s] more after the first signal, for programs that write results then.
+PATIENCE = {"record": 60.0}
 TAIL, LONGEST = 2000, 4  # [-] characters of output that are shown, and bytes of one at most
 
 
@@ -121,7 +123,8 @@ class Processes:
         process = self._running.pop(name, None)
         if process is not None:
             self._running["{} {}".format(name, process.pid)] = process
-            threading.Thread(target=_end_all, args=([process],)).start()
+            given = [process], PATIENCE.get(name, 0.0)
+            threading.Thread(target=_end_all, args=given).start()
 
     def kill(self, name):
         """Kill the program ``name`` and its child processes at once."""
@@ -134,7 +137,10 @@ class Processes:
 
         The interpreter waits for them too: a host that lives on need not.
         """
-        started = [*self._running.values(), *self._jobs.values()]
+        started = {0.0: [*self._jobs.values()]}  # by how much longer they have
+        for name, process in self._running.items():
+            patience = PATIENCE.get(name.partition(" ")[0], 0.0)
+            started.setdefault(patience, []).append(process)
         self._running.clear()
         self._closing = threading.Thread(target=self._end, args=(started,))
         self._closing.start()
@@ -145,7 +151,14 @@ class Processes:
             self._closing.join()
 
     def _end(self, started):
-        _end_all(started)
+        threads = [
+            threading.Thread(target=_end_all, args=(processes, patience))
+            for patience, processes in started.items()
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
         shutil.rmtree(self.directory, ignore_errors=True)
 
 
@@ -159,13 +172,16 @@ def _let_programs_be_interrupted():
             signal.signal(signal.SIGINT, lambda *_: None)
 
 
-def _end_all(processes):
-    """Send the signals of ``ENDINGS`` to those ``processes`` that have not ended before."""
-    for number, limit in ENDINGS:
+def _end_all(processes, patience=0.0):
+    """Send the signals of ``ENDINGS`` to those ``processes`` that have not ended before.
+
+    ``patience`` [s]: how much longer they have after the first.
+    """
+    for place, (number, limit) in enumerate(ENDINGS):
         left = [process for process in processes if process.poll() is None]
         for process in left:
             _signal(process, number)
-        end = time.monotonic() + limit
+        end = time.monotonic() + limit + (0.0 if place else patience)
         for process in left:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(max(0.0, end - time.monotonic()))

@@ -200,6 +200,8 @@ def take_sweep(gui, until, picture):
     scenario = load_scenario(os.path.join(ROOT, "scenarios", "delayed_consensus.yaml"))
     gui.show_scenario(scenario._replace(fidelity="point_mass", duration=30.0))
     gui.bring_forward("Sweep")
+    sizes = gui.right.sizes()
+    gui.right.setSizes([sum(sizes) * share // 5 for share in (2, 3)])
     for form, name, low, high in zip(
         gui.sweep.axes, ("gain", "tau"), ("0.2", "0.1"), ("1.4", "1.2")
     ):
@@ -213,6 +215,7 @@ def take_sweep(gui, until, picture):
     gui.sweep.map.ask((2, 5))
     until(lambda: gui.opened.run is not None)
     picture("gui_sweep")
+    gui.right.setSizes(sizes)
     gui.opened.close()
 
 
@@ -234,12 +237,15 @@ def take_search(gui, until, picture):
     """Take the picture of a counterexample that was found."""
     gui.show_scenario(square_that_may_touch())
     gui.bring_forward("Search")
+    sizes = gui.right.sizes()
+    gui.right.setSizes([sum(sizes) // 2] * 2)
     until(gui.search.vary.toPlainText)
     gui.search.buttons["break"].click()
     until(gui.search.show_run.isVisible)
     gui.search.show_run.click()
     until(lambda: gui.opened.run is not None and gui.replay.cursor.is_past)
     picture("gui_search")
+    gui.right.setSizes(sizes)
     gui.opened.close()
 
 

@@ -13,9 +13,9 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from unittest.mock import MagicMock
 
 from gui_fixtures import quiet_study, shown
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QLabel
 
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
@@ -29,6 +29,7 @@ from mrs_simulator.rqt_plugin.sweep.cells import (
     scale_for,
 )
 from mrs_simulator.rqt_plugin.sweep.legend import formula
+from mrs_simulator.rqt_plugin.widgets.form_beside import FormBeside
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 
@@ -94,7 +95,8 @@ def test_what_is_wrong_with_a_range_is_told_by_its_field(keys, texts, field, tol
 
 
 def check(name, difference, tolerance, passed):
-    return {"name": name, "difference": difference, "tolerance": tolerance, "passed": passed}
+    about = {"name": name, "predicted": 0.0, "note": ""}
+    return {**about, "difference": difference, "tolerance": tolerance, "passed": passed}
 
 
 def plan_of(holds, lines=()):
@@ -229,6 +231,18 @@ def until(widget, condition):
         QTest.qWait(10)
     said = widget.study.processes.output("sweep"), widget.sweep.note.message
     raise AssertionError((*said, widget.messages.toPlainText()))
+
+
+def test_a_form_stands_above_its_content_where_there_is_little_room(application):
+    form, content = QLabel("\n".join("a line of a form" for _ in range(20))), QLabel("content")
+    both = FormBeside(form, content, 10)
+    shown(both, 1000, 300)
+    assert content.mapTo(both, content.pos()).x() > form.width() // 2
+    both.resize(300, 200)
+    QTest.qWait(0)
+    top = content.mapTo(both, QPoint(0, 0))
+    assert top.x() == 0 and top.y() >= form.sizeHint().height()  # by the whole form, which scrolls
+    both.close()
 
 
 def fill(form, name, low, high, count):

@@ -16,6 +16,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
 )
 from mrs_simulator.rqt_plugin.search.results import ASSURE, BREAK, MARGINS
 from mrs_simulator.rqt_plugin.widgets.fields import PatientSpinBox, TextField
+from mrs_simulator.rqt_plugin.widgets.form_beside import FormBeside
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
@@ -49,15 +50,10 @@ class SearchPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self.across = QSplitter(Qt.Horizontal)
-        self.across.addWidget(scrolled(self._build_form()))
-        self.across.addWidget(self._build_results())
-        self.across.setStretchFactor(1, 1)
-        width = FORM * self.fontMetrics().height()
-        self.across.setSizes([width, 2 * width])
+        form, results = self._build_form(), self._build_results()
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(self.across)
+        whole.addWidget(FormBeside(form, results, FORM))
         self._suggested = ""
         self.set_running(False)
 

@@ -18,7 +18,7 @@ from mrs_simulator.verdict.verdict import FAILED, PASSED, outcome_of
 from mrs_simulator.verdict.verdict_file import read_verdict
 
 MARGIN, SETTLING, GROWTH = "margin of the claims", "settling time", "growth rate"
-UNITS = {MARGIN: "share of the tolerance", SETTLING: "s", GROWTH: "1/s"}
+UNITS = {MARGIN: "of the tolerance", SETTLING: "s", GROWTH: "1/s"}
 ROBUSTNESS = "robustness of {}"
 USUAL_SHARE = 80  # [%] of growth rates that the scale of colours covers
 SEQUENTIAL, BETTER_HIGH, BETTER_LOW = "viridis", "RdBu", "RdBu_r"  # seen by the colour-blind, too

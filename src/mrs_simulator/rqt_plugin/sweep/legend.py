@@ -121,13 +121,18 @@ def draw_legend(painter, style, area, width, cells, values):
         parts.append((2.0 * line, _dashes, "theory: " + text))
     texts = [_one_line(painter, words) for _, _, words in parts]
     wide = sum(part[0] + text.size().width() + 1.2 * line for part, text in zip(parts, texts))
-    x, y = max(0.0, min(area.left(), width - wide)), 0.95 * line
-    for (width, draw, _), text in zip(parts, texts):
-        draw(painter, style, QRectF(x, y - 0.5 * line, width, line))
-        x += width + 0.3 * line
+    painter.save()
+    painter.translate(max(0.0, min(area.left(), width - wide)), 0.95 * line)
+    smaller = min(1.0, width / max(wide, 1.0))
+    painter.scale(smaller, smaller)
+    x = 0.0
+    for (across, draw, _), text in zip(parts, texts):
+        draw(painter, style, QRectF(x, -0.5 * line, across, line))
+        x += across + 0.3 * line
         painter.setPen(style.mixed(0.85))
-        painter.drawStaticText(QPointF(x, y - 0.5 * text.size().height()), text)
+        painter.drawStaticText(QPointF(x, -0.5 * text.size().height()), text)
         x += text.size().width() + 0.9 * line
+    painter.restore()
 
 
 def _square(share, outcome, painter, style, box):

@@ -7,7 +7,6 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QSplitter,
     QVBoxLayout,
     QWidget,
 )
@@ -20,9 +19,9 @@ from mrs_simulator.rqt_plugin.widgets.fields import (
     TextField,
     number_text,
 )
+from mrs_simulator.rqt_plugin.widgets.form_beside import FormBeside
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
-from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 
 FORM = 17  # [lines of text] that the form is wide at first
 BEFORE = (
@@ -153,20 +152,15 @@ class SweepPanel(QWidget):
         self.set_running(False)
 
     def _build(self, form):
-        right, self.across = QWidget(), QSplitter(Qt.Horizontal)
+        right = QWidget()
         stack = QVBoxLayout(right)
         stack.setContentsMargins(0, 0, 0, 0)
         stack.addWidget(self.hint)
         stack.addWidget(self.map, 1)
         self.hint.say(BEFORE)
-        self.across.addWidget(scrolled(form))
-        self.across.addWidget(right)
-        self.across.setStretchFactor(1, 1)
-        width = FORM * self.fontMetrics().height()
-        self.across.setSizes([width, 2 * width])
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(self.across)
+        whole.addWidget(FormBeside(form, right, FORM))
 
     def offer(self, keys):
         """Offer the ``SweptKey``s of the scenario as it is edited."""

@@ -138,9 +138,9 @@ def show(n, seconds, way, points):
     gui.results_tabs.setCurrentIndex(0 if curves else 3)
     heard, show_snapshot = [], gui.map.show_snapshot
 
-    def listen(snapshot):
+    def listen(snapshot, *passed):
         heard[:] = [snapshot]
-        show_snapshot(snapshot)
+        show_snapshot(snapshot, *passed)
 
     gui.map.show_snapshot = listen
     gui.show()
@@ -191,14 +191,14 @@ def show(n, seconds, way, points):
 
 def fill(show_snapshot, newest, points):
     """Give the robots trails of ``points`` in all, which end where they are in the snapshot ``newest``."""
-    steps = points // len(newest.numbers)
-    turns = np.linspace(0.0, 0.05 * steps, steps)[:, np.newaxis] + np.arange(len(newest.numbers))
+    steps = points // len(newest.robots)
+    turns = np.linspace(0.0, 0.05 * steps, steps)[:, np.newaxis] + np.arange(len(newest.robots))
     moves = POINT * np.stack([np.cos(turns), np.sin(turns)], axis=2)
     back = np.cumsum(moves[::-1], axis=0)[::-1]
     for away in back:
         pose = newest.pose.copy()
         pose[:, :2] -= away
-        show_snapshot(newest._replace(pose=pose))
+        show_snapshot(newest.replace(pose=pose))
 
 
 def drag(widget):

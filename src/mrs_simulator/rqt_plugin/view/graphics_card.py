@@ -46,7 +46,7 @@ SOFTWARE = (
     "software",
     "swiftshader",
 )  # of renderers without a card
-MOST_BY_SOFTWARE = 20  # [-] robots that those draw as soon as the painter
+MOST_BY_SOFTWARE = 100  # [-] robots that those draw as soon as the painter
 SAMPLES = 4  # [-] of a pixel
 CORNER, INSTANCE = 10, 15  # [-] floats
 CORNER_PARTS = (3, 3, 3, 1)

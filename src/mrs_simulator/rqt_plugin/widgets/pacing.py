@@ -6,7 +6,7 @@ costs no more.
 
 FEW, GROWTH = 7, 0.18  # [-] robots up to which shares are as below, and how they grow beyond
 # Together, with what else there is to do, 15 % for 7 robots, 25 % for 100, 40 % for 1,000.
-MAP_ALONE, MAP, VIEW, CURVES = 0.09, 0.05, 0.04, 0.02
+MAP_ALONE, MAP, VIEW, CURVES = 0.085, 0.045, 0.035, 0.02
 
 
 def pause(cost, share, robots):

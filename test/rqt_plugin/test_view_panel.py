@@ -12,6 +12,7 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
+from mrs_simulator.rqt_plugin.map.ghosts import Ghost
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.view.panel import ViewPanel
 
@@ -185,3 +186,25 @@ def test_top_looks_straight_down_and_back(shown):
     assert second[0] > first[0] and abs(second[1] - first[1]) < 2.0  # east is to the right
     panel.above.click()
     assert panel.canvas.camera[2:] == before[2:]
+
+
+def test_compared_runs_and_theorys_paths_are_ghosts_of_the_3d_view(shown):
+    team, panel = shown
+    other = MapView()
+    other.show_team(POSES + (0.0, 3.0, 0.0))
+    trails = tuple(np.array([(x, y), (x + 1.0, y)]) for x, y in POSES[:, :2])
+    team.show_ghosts([Ghost("other", 1, other.team_scene(), other.team.shapes, trails)], "own")
+    paths = np.stack([POSES[:, :2], POSES[:, :2] + 2.0])
+    paths[:, 1] = np.nan
+    team.show_forecast(paths)
+    compared, theory = team.scene().ghosts
+    assert np.allclose(compared.place[:, 1], POSES[:, 1] + 3.0) and len(compared.paths) == 3
+    assert theory.ringed and not theory.kinds and len(theory.paths) == 2  # of two it knows
+    assert np.allclose(theory.paths[1][-1], (6.0, 3.0, 0.0))
+    panel._next = 0.0
+    panel.refresh()
+    panel.grab()
+    team.set_shown("trails", False)
+    team.set_shown("forecast", False)
+    (compared,) = team.scene().ghosts
+    assert not compared.paths

@@ -138,7 +138,7 @@ class Stage:
             return False
         if self.paused and not self.steps_asked:
             return False
-        if self.lockstep and self.lockstep.waiting_for:
+        if self.lockstep and not self.lockstep.may_go_on():
             return False
         return self.paused or self.pacer.wait() == 0.0
 

@@ -189,19 +189,32 @@ class SweepMap(QWidget):
         if scale is not None:
             draw_bar(painter, style, self.area(), scale, symbolic(_with_unit(self.quantity)))
 
+    def _boxes(self):
+        """Return the rectangles [px] of all cells by their places, faster than one by one."""
+        area, (rows, columns) = self.area(), self.cells.cells.shape
+        x = np.linspace(area.left(), area.right(), columns + 1).tolist()
+        y = np.linspace(area.bottom(), area.top(), rows + 1).tolist()
+        return {
+            (row, column): QRectF(
+                x[column], y[row + 1], x[column + 1] - x[column], y[row] - y[row + 1]
+            )
+            for row, column in np.ndindex(rows, columns)
+        }
+
     def _paint_cells(self, painter, style, values, scale):
         painter.setRenderHint(QPainter.Antialiasing, False)
-        shades = None if scale is None else _shades(scale, values)
-        for place, cell in np.ndenumerate(self.cells.cells):
-            box = self.cell_box(*place).adjusted(0.5, 0.5, -0.5, -0.5)
-            ended = cell is not None and cell.outcome
-            known = ended and np.isfinite(values[place])
-            shade = QColor(*shades[place]) if known else style.mixed(UNKNOWN if ended else WAITING)
-            painter.fillRect(box, shade)
+        shades = None if scale is None else _shades(scale, values).tolist()
+        finite, boxes = np.isfinite(values).tolist(), self._boxes()
+        waiting, unknown = style.mixed(WAITING), style.mixed(UNKNOWN)
+        for (row, column), cell in np.ndenumerate(self.cells.cells):
+            shade = waiting
+            if cell is not None and cell.outcome:
+                shade = QColor(*shades[row][column]) if finite[row][column] else unknown
+            painter.fillRect(boxes[row, column].adjusted(0.5, 0.5, -0.5, -0.5), shade)
         painter.setRenderHint(QPainter.Antialiasing)
         for place, cell in np.ndenumerate(self.cells.cells):
             if cell is not None and cell.outcome not in ("", PASSED):
-                box = self.cell_box(*place)
+                box = boxes[place]
                 size = min(0.22 * min(box.width(), box.height()), 0.35 * style.line)
                 draw_mark(painter, style, box.center(), size, cell.outcome)
 

@@ -24,7 +24,7 @@ class GlLines:
             return
         counts = np.array([len(points) for points, _ in lines], dtype=np.int32)
         rows = np.empty((counts.sum(), ROW), dtype=np.float32)
-        np.concatenate([points for points, _ in lines], out=rows[:, :3], casting="same_kind")
+        rows[:, :3] = np.concatenate([points for points, _ in lines])
         rows[:, 3:] = np.repeat(np.array([colour for _, colour in lines]), counts, axis=0)
         GL.glUseProgram(self._program.name)
         pixel = 2.0 / view.width, 2.0 / view.height

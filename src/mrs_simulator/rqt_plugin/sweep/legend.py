@@ -87,8 +87,8 @@ def draw_upwards(painter, left, area, line, text):
 
 def draw_mark(painter, style, centre, size, outcome):
     """Draw a cross of a run that failed, a dot of one that was not judged, readable on any colour."""
-    x, y = centre.x(), centre.y()
-    for colour, width in ((QColor("black"), 3.6), (QColor("white"), 1.8)):
+    x, y, thin = centre.x(), centre.y(), min(1.0, size / (0.26 * style.line))  # in small cells
+    for colour, width in ((QColor("black"), 3.6 * thin), (QColor("white"), 1.8 * thin)):
         if outcome == FAILED:
             painter.setPen(QPen(colour, width * style.unit, Qt.SolidLine, Qt.RoundCap))
             painter.drawLine(QLineF(x - size, y - size, x + size, y + size))
@@ -96,7 +96,7 @@ def draw_mark(painter, style, centre, size, outcome):
         else:
             painter.setPen(Qt.NoPen)
             painter.setBrush(colour)
-            radius = 0.45 * size + 0.5 * (width - 1.8) * style.unit
+            radius = 0.45 * size + 0.5 * (width - 1.8 * thin) * style.unit
             painter.drawEllipse(centre, radius, radius)
 
 

@@ -591,3 +591,14 @@ def test_the_menu_of_the_curves_selects_isolates_and_exports(panel):
     for text in ("Copy the curves", "Picture of the curves...", "Compose a figure..."):
         found[text].trigger()
     assert exported == ["table", "curves", "figure"]
+
+
+def test_curves_that_are_collected_while_shown_go_without_an_error(no_hidden_errors):
+    panel = CurvesPanel()
+    panel.show()
+    assert QTest.qWaitForWindowExposed(panel)
+    timer = panel._timer
+    panel.__dict__.clear()  # as the collector of cycles does, before Qt takes the widget down
+    panel.hide()
+    timer.stop()
+    panel.deleteLater()

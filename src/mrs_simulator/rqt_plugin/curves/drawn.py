@@ -245,7 +245,8 @@ class DrawnCurves(QWidget):
     def hideEvent(self, event):
         """Stop redrawing."""
         super().hideEvent(event)
-        self._timer.stop()
+        if hasattr(self, "_timer"):  # else Python has collected it, shown, before Qt takes it down
+            self._timer.stop()
 
     @guarded
     def _on_look(self):

@@ -71,7 +71,8 @@ class ViewPanel(QWidget):
     def hideEvent(self, event):
         """Stop polling."""
         super().hideEvent(event)
-        self._timer.stop()
+        if hasattr(self, "_timer"):  # else Python has collected it, shown, before Qt takes it down
+            self._timer.stop()
 
     def set_beside(self, beside):
         """Draw less often where the map shows the same beside it, and leave the room to the picture."""

@@ -118,6 +118,20 @@ def quiet_study(scenario, processes=None):
     return widget
 
 
+def alive(group):
+    """Return the ids of the processes of a ``group`` that have not ended."""
+    found = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open("/proc/{}/stat".format(name)) as file:
+                state, _, own = file.read().rpartition(")")[2].split()[:3]
+        except OSError:  # it has ended meanwhile
+            continue
+        if int(own) == group and state != "Z":
+            found.append(int(name))
+    return found
+
+
 def shown(widget, width, height):
     """Return the widget, shown in this size and active, so that keys reach it."""
     from PyQt5.QtTest import QTest  # not for the tests without widgets

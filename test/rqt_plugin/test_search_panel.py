@@ -10,7 +10,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from unittest.mock import MagicMock
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import alive, quiet_study, shown
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -257,4 +257,5 @@ def test_cancel_ends_the_search(study):
     assert not panel.cancel.isEnabled()
     until(study, lambda: ended(study))
     assert process.poll() is not None and panel.title.message == "cancelled"
+    until(study, lambda: not alive(process.pid))  # nor a worker
     assert not panel.text.isVisible()

@@ -12,7 +12,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from unittest.mock import MagicMock
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import alive, quiet_study, shown
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QLabel
@@ -306,20 +306,6 @@ def test_cells_are_coloured_as_they_end_and_a_click_opens_their_run(study):
         QTest.keyClick(panel.map, key)
     wanted = os.path.join(folder, cells.cells[0, 0].run)
     until(study, lambda: study.opened.run is not None and study.opened.run.path == wanted)
-
-
-def alive(group):
-    """Return the ids of the processes of a ``group`` that have not ended."""
-    found = []
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            with open("/proc/{}/stat".format(name)) as file:
-                state, _, own = file.read().rpartition(")")[2].split()[:3]
-        except OSError:  # it has ended meanwhile
-            continue
-        if int(own) == group and state != "Z":
-            found.append(int(name))
-    return found
 
 
 def test_cancel_ends_the_sweep_and_its_workers_and_keeps_what_has_ended(study):

@@ -25,7 +25,7 @@ from mrs_simulator.verdict.verdict import add_require_verdict, exit_code, verdic
 def main(argv=None):
     """Run the command ``experiment``; exits with 2 for bad input, else with the verdict's code."""
     arguments = _arguments(argv)
-    with _ending("experiment"):
+    with ending("experiment"):
         check_exports(arguments)
         check_video(arguments)
         look, formats = look_of(arguments)
@@ -58,12 +58,12 @@ def _say(verdict):
 def sweep_main(argv=None):
     """Run the command ``sweep``: as ``experiment --sweep``, with the axes as arguments."""
     arguments = _sweep_arguments(argv)
-    with _ending("sweep"):
+    with ending("sweep"):
         sys.exit(_sweep(arguments))
 
 
 @contextlib.contextmanager
-def _ending(program):
+def ending(program):
     """End ``program`` with exit code 2 for bad input, and with 130 when it is interrupted."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)

@@ -13,8 +13,8 @@ from mrs_simulator.scenario.reading import load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import add_look, look_of
+from mrs_simulator.study.run.command import ending
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search
@@ -34,8 +34,11 @@ def main(argv=None):
 
 
 def exit_with(name, work, arguments):
-    """Exit with what ``work(arguments)`` returns, or say what is wrong with its input."""
-    with refusing_bad_input(name):
+    """Exit with what ``work(arguments)`` returns, or say what is wrong with its input.
+
+    A program that is interrupted ends its processes, too.
+    """
+    with ending(name):
         code = work(arguments)
     sys.exit(code)
 

@@ -143,6 +143,16 @@ def shown(widget, width, height):
     return widget
 
 
+def wait_shown(condition, limit=60.0):
+    """Let the window go on until the condition holds."""
+    from PyQt5.QtTest import QTest  # not for the tests without widgets
+
+    end = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < end
+        QTest.qWait(20)
+
+
 def wait_drawn(curves, limit=60.0):
     """Let the window go on until its ``CurvesPanel`` has nothing left to draw."""
     from PyQt5.QtTest import QTest  # not for the tests without widgets

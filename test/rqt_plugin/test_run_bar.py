@@ -9,6 +9,7 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import shown as active
+from gui_fixtures import wait_shown
 from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QTimer
 from PyQt5.QtGui import QKeySequence, QMouseEvent
 from PyQt5.QtTest import QTest
@@ -165,7 +166,7 @@ def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, stu
     results = study.results_tabs.count()
     study.results_tabs.setCurrentWidget(study.messages)
     study.resize(480, 720)
-    app.processEvents()
+    wait_shown(lambda: study.results_tabs.count() > results)
     titles = [study.results_tabs.tabText(place) for place in range(study.results_tabs.count())]
     assert titles[:5] == ["Team", "Protocol", "Topology", "Runs", "Curves"]
     assert (
@@ -174,11 +175,9 @@ def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, stu
     assert study.results_tabs.currentWidget() is study.messages
     assert not study.settings_tabs.isVisible()
     study.results_tabs.setCurrentIndex(0)
-    app.processEvents()
-    assert study.team.isVisible() and study.map.width() > 400
+    wait_shown(lambda: study.team.isVisible() and study.map.width() > 400)
     study.resize(1180, 720)
-    app.processEvents()
-    assert study.settings_tabs.count() == 4 and study.team.isVisible()
+    wait_shown(lambda: study.settings_tabs.count() == 4 and study.team.isVisible())
     assert study.results_tabs.tabText(0) == "Curves"
     assert study.results_tabs.count() == results
 

@@ -5,7 +5,7 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_shown
 from protocol_fixtures import shipped
 from PyQt5.QtWidgets import QApplication
 
@@ -16,9 +16,9 @@ pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 def test_in_a_small_window_the_map_has_half_the_height_and_layers_are_in_a_menu():
     study = quiet_study(shipped("consensus"))
     shown(study, 600, 540)
-    APP.processEvents()
     panel = study.map_panel
-    assert study.map.height() >= 270 and study.results_tabs.height() >= 80
+    wait_shown(lambda: study.map.height() >= 270)
+    assert study.results_tabs.height() >= 80
     assert panel.layers.isVisible() and not panel.shown["trails"].isVisible()
     entry = next(each for each in panel.layers.menu().actions() if each.text() == "Trails")
     entry.trigger()
@@ -33,8 +33,7 @@ def test_in_a_small_window_the_map_has_half_the_height_and_layers_are_in_a_menu(
     assert study.right.sizes()[0] == sizes[0]
     study.view.beside.setChecked(False)
     study.resize(1900, 800)
-    APP.processEvents()
-    assert study.map.height() >= 350 and panel.shown["trails"].isVisible()
+    wait_shown(lambda: study.map.height() >= 350 and panel.shown["trails"].isVisible())
     assert not panel.layers.isVisible()
     study.close_study()
 
@@ -62,14 +61,12 @@ def test_in_a_wide_window_the_3d_view_is_beside_the_map():
     study = opened(1600)
     assert beside(study) and study.view.isVisible() and study.view.width() > 300
     study.banners.notify("error", "error", "over the map alone")
-    APP.processEvents()
-    assert study.banners.width() == study.map.width()
+    wait_shown(lambda: study.banners.width() == study.map.width())
     study.resize(1100, 740)
-    APP.processEvents()
+    wait_shown(lambda: study.results_tabs.indexOf(study.view) >= 0)
     assert study.results_tabs.tabText(study.results_tabs.indexOf(study.view)) == "3D view"
     study.resize(1600, 740)
-    APP.processEvents()
-    assert beside(study)
+    wait_shown(lambda: study.results_tabs.indexOf(study.view) < 0 and beside(study))
     study.view.beside.setChecked(False)
     assert not study.view.isVisible() and study.results_tabs.indexOf(study.view) == 1
     study.close_study()
@@ -97,8 +94,8 @@ def test_sizes_tabs_and_the_place_of_the_3d_view_survive_a_restart():
     APP.processEvents()
     assert third.results_tabs.indexOf(third.view) >= 0
     third.view.beside.setChecked(True)
-    APP.processEvents()
-    assert beside(third) and abs(third.views.sizes()[0] - sizes[0]) < 20
+    wait_shown(lambda: abs(third.views.sizes()[0] - sizes[0]) < 20)
+    assert beside(third)
     third.restore_settings({"tabs": "nothing Curves", "front": "none", "views": "-1 x"})
     assert third.tab_order()[0] == "Curves"
     third.close_study()

@@ -2,14 +2,13 @@
 
 import csv
 import os
-import time
 
 import numpy as np
 import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_shown
 from PIL import Image
 from PyQt5.QtGui import QColor, QDesktopServices, QPalette
 from PyQt5.QtTest import QTest
@@ -43,14 +42,6 @@ def study():
     widget.close_study()
     widget.close()
     application.processEvents()
-
-
-def wait_shown(condition, limit=60.0):
-    """Let the window go on until the condition holds."""
-    end = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < end
-        QTest.qWait(20)
 
 
 def choose(widget, what):

@@ -125,7 +125,7 @@ def take_world(gui, press, until, picture):
     press("simulate")
     until(lambda: gui.connection.is_fresh("stage"))
     gui.results_tabs.setCurrentWidget(gui.sensors)
-    gui.sensing._on_robot(1)
+    gui.selection.choose(1)
     gui.shown["trails"].setChecked(False)  # nobody has moved: the legend is short then
     until(lambda: gui.sensors.picture.image is not None)
     picture("gui_camera")
@@ -136,7 +136,7 @@ def take_world(gui, press, until, picture):
     picture("gui_programs")
     gui.shown["sensors"].setChecked(False)
     gui.shown["trails"].setChecked(True)
-    gui.sensing._on_robot(0)  # no halo in the pictures of a run
+    gui.selection.choose(0)  # no halo in the pictures of a run
     press("end")
     until(lambda: not gui.connection.is_fresh("stage"))
 
@@ -150,7 +150,8 @@ def take_view(gui, press, until, picture):
     press("simulate")
     until(lambda: gui.connection.is_fresh("stage"))
     press("control")
-    until(lambda: len(gui.history.time) and gui.history.time[-1] > gui.history.begun + 12.0)
+    until(lambda: gui.history.begun is not None)
+    until(lambda: gui.history.time[-1] > gui.history.begun + 12.0)
     gui.bring_forward("Protocol")
     press("pause")  # OpenGL without a card smooths edges of what stands still
     picture("gui_view")
@@ -325,7 +326,8 @@ def take(options):
         if options.robots == 7:
             until(lambda: gui.history.time[-1] > begun + 80.0)
             gui.save_results(os.path.join(gui.study.processes.directory, "results"))
-            until(lambda: gui.verdict.verdict)
+            until(lambda: "saved to" in gui.messages.toPlainText())
+            gui.results_tabs.setCurrentWidget(gui.verdict)
         picture("gui_verdict")
     finally:
         gui.close_study()

@@ -5,12 +5,12 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_shown
 from protocol_fixtures import shipped
 from PyQt5.QtCore import QMimeData, QPointF, Qt, QUrl
 from PyQt5.QtGui import QColor, QDropEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QFrame
 
 from mrs_simulator.rqt_plugin.start.cards import card_of
 from mrs_simulator.rqt_plugin.start.memory import MOST_EDITS, StartMemory
@@ -81,6 +81,25 @@ def test_the_tour_has_six_steps_and_one_click_ends_it_for_ever():
     study.start.begin()
     assert study.start.tour is None and not StartMemory().kept()["tour"]
     study.close_study()
+
+
+def test_the_tour_stays_beside_its_subject_when_one_column_becomes_two():
+    study = quiet_study(shipped("consensus"))
+    shown(study, 600, 540)
+    study.files.memory.change(picker=False)
+    study.start.begin()
+    bar = study.results_tabs.tabBar()
+    wait_shown(lambda: ring_is_around(study, bar))
+    study.resize(1340, 740)
+    wait_shown(lambda: ring_is_around(study, study.settings_tabs.tabBar()))
+    study.close_study()
+
+
+def ring_is_around(study, bar):
+    """Return whether the tour's ring is where ``bar``, whose tabs it is about, is."""
+    corner = bar.mapTo(study, bar.rect().topLeft())
+    gap = study.findChild(QFrame, "ring").pos() - corner
+    return bar.isVisible() and max(abs(gap.x()), abs(gap.y())) < 4
 
 
 def dropped(study, path):

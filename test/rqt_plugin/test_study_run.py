@@ -22,6 +22,7 @@ from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import WHOLE, StudyRun, how_ended, last_lines
 from mrs_simulator.rqt_plugin.window import pending
+from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.results.report import predicted_settling, read_run
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles.portable import portable
@@ -553,6 +554,18 @@ def test_a_whole_run_and_one_at_another_speed_than_1_wait_for_their_commands(
     assert "_lockstep:=" + waits in run.processes.arguments
     run.control.launch()
     assert "_lockstep:=" + waits in run.processes.arguments
+
+
+def test_the_duration_of_a_saved_run_has_no_noise_of_stamps(tmp_path):
+    connection, history = Connection(), History()
+    zeros, command = np.zeros((2, 3)), np.full((2, 2), 0.1)
+    for row in range(4):
+        time = 21.36 + 0.01 * row
+        history.append(snapshot_of(time, (1, 2), zeros, zeros, command, np.ones(2, dtype=bool)))
+    assert history.time[-1] - history.time[0] != 0.03
+    study("paper_four", connection).files.save(history, str(tmp_path))
+    connection.asked[-1][2]()
+    assert load_scenario(str(tmp_path / "scenario.yaml")).duration == 0.03
 
 
 def test_what_is_saved_can_be_given_up(tmp_path):

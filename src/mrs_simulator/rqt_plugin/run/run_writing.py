@@ -30,7 +30,9 @@ def write_run(run, scenario, directory, meta, report):
     when, states = run.time, run.state
     truth = run.estimate if meta.get("truth_unknown") else run.pose
     scenario = _for_robots(scenario, run.numbers)
-    scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=truth[0])
+    lasted = float(when[-1] - when[0])
+    lasted = round(lasted, 9) if when[0] else lasted  # as the last sample has it
+    scenario = scenario._replace(duration=max(lasted, 1e-3), poses=truth[0])
     if states.has(Z):
         scenario = scenario._replace(altitude=states.z[0])
     team = team_of(scenario)

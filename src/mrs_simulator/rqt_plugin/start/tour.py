@@ -1,6 +1,6 @@
 """A tour of the window: six notes, each beside what it is about."""
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QPoint, QRect, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QPoint, QRect, Qt, QTimer, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QFrame,
@@ -45,6 +45,8 @@ class Tour(QFrame):
         column.addWidget(self._text)
         column.addLayout(row)
         self.setFixedWidth(max(WIDE * self.fontMetrics().height(), row.sizeHint().width() + 24))
+        self._again = QTimer(self, singleShot=True)
+        self._again.timeout.connect(self._place)
         panels.installEventFilter(self)
         self._show()
 
@@ -52,6 +54,7 @@ class Tour(QFrame):
         """Stay beside what the note is about."""
         if event.type() == QEvent.Resize:
             self._place()
+            self._again.start()  # once panels have taken their places
         return False
 
     def _show(self):

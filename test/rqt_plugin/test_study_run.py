@@ -556,6 +556,18 @@ def test_a_whole_run_and_one_at_another_speed_than_1_wait_for_their_commands(
     assert "_lockstep:=" + waits in run.processes.arguments
 
 
+@pytest.mark.parametrize("success", [True, False])
+def test_a_simulation_that_waits_for_the_masters_answer_is_not_gone(tmp_path, success):
+    """Else a run by one button is given up where the answer takes longer than the window's next look."""
+    processes = Processes(directory=tmp_path)
+    processes.is_gone = lambda name: name not in processes.running
+    run = study(processes=processes)
+    assert run.stage.is_gone()
+    assert run.do(WHOLE, 1.0) == "" and not run.stage.is_gone()
+    run.take_result("simulated_time", success, None)
+    assert run.stage.is_gone() != success
+
+
 def test_the_duration_of_a_saved_run_has_no_noise_of_stamps(tmp_path):
     connection, history = Connection(), History()
     zeros, command = np.zeros((2, 3)), np.full((2, 2), 0.1)

@@ -203,6 +203,6 @@ def test_after_a_refused_start_run_is_free_at_once():
     whole._wait_for("simulation")
     study.state.no_start.return_value = "no simulation"
     for gone in (False, True):
-        study.processes.is_gone.return_value = gone
+        study.stage.is_gone.return_value = gone
         whole.follow()
         assert (whole.no_run() == "a run is under way") == (not gone)

@@ -54,6 +54,10 @@ class StageRun:
         self._processes.start("stage", "stage", "--scenario", written, *options)
         return "simulation started"
 
+    def is_gone(self):
+        """Return whether no stage of the GUI's own runs, or is about to once time is a simulated one."""
+        return self._speed is None and self._processes.is_gone("stage")
+
     def end(self):
         """End the stage that was started here."""
         self._processes.stop("stage")

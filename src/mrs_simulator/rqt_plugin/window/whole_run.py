@@ -96,7 +96,7 @@ class WholeRun:
             said = self._study.do("control")
             self._say(said)
             self._wait_for("" if isinstance(said, ErrorMessage) else "controller")
-        elif self._waits == "simulation" and self._study.processes.is_gone("stage"):
+        elif self._waits == "simulation" and self._study.stage.is_gone():
             self._waits = ""  # it was refused: messages say why
         elif time.monotonic() - self._since > START_LIMIT:
             self._say(ErrorMessage(LATE.format(STARTING[self._waits], START_LIMIT)))

@@ -292,3 +292,17 @@ def test_of_several_commands_the_newest_is_taken(monkeypatch):
     inbox.answers.begin(4)
     inbox.answers.note_all(np.array([-1, 1, 4]), 0.0, nobody)
     assert inbox.answers.take()[0].tolist() == [1]
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_a_stage_that_waits_misses_no_period_though_it_learns_late_what_is_answered(waits):
+    trips, driven = RoundTrips(2, 0.1), np.ones(2, dtype=bool)
+    for period in range(6):
+        now = 0.1 * period
+        trips.end_period(now, driven)
+        trips.sent(now)
+        if waits:
+            trips.waited_for(np.arange(2))
+        if period >= 3:  # announced on a topic of its own, read three periods later
+            trips.answered([0, 1], [0.0, 0.0], [now - 0.3] * 2, now)
+    assert trips.missed == (0 if waits else 8) and trips.periods == 12

@@ -68,6 +68,13 @@ class RoundTrips:
                 self._trips.add(times[known][keys == key][first] - self._left[key])
                 self._newest[which[first]] = key
 
+    def waited_for(self, rows):
+        """Commands of the robots ``rows`` came, for which time has waited: the period has them.
+
+        Which odometry they answer may become known later, after whole periods of a fast simulation.
+        """
+        self._commanded[rows] = True
+
     def _note_periods(self, rows, stamps, now):
         """Take in for which periods commands came in time: of this one or the last."""
         unknown = ~np.isfinite(stamps)

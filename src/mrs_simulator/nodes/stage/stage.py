@@ -175,6 +175,7 @@ class Stage:
             self._set_commands(rows, commands)
             if self.lockstep:
                 self.lockstep.answered(rows)
+                self.round_trips.waited_for(rows)
         answers = self.inbox.answers.take()
         if len(answers[0]):
             self.round_trips.answered(*answers, self._now())

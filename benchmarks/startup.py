@@ -110,7 +110,7 @@ def main():
             note_times(report, "experiment of 110 s in a crowd", n, crowd, (0, 1))
         hour = [*EXPERIMENT, line_of(100, 3600, out), *to]
         memory = note_times(report, "experiment of an hour in a line", 100, hour, repeats=1)
-        report.note("its memory", 100, memory / 1e6, "MB")
+        report.note("its memory", 100, memory, "bytes")
         many = [*EXPERIMENT, PAPER, *to, "--robots", str(MANY), "--duration", "2"]
         memory = note_times(report, "experiment of 2 s", MANY, many, (0, 1))
         report.note("its memory per robot", MANY, memory / MANY, "bytes")

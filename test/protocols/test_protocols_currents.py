@@ -11,6 +11,7 @@ from mrs_simulator.protocols.currents.law import LineOfSight, StationKeeping
 from mrs_simulator.protocols.gathering.equations import inside
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.marching.equations import read_waypoints
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 PAIR = Topology(2, [[1, 2]], directed=False)
 COMMANDS = "commands off the published law [-]"
@@ -82,6 +83,48 @@ def test_across_a_current_a_line_is_missed_without_the_integral(tmp_path):
     missed = check(verdict, "cross-track error, the largest [m]")
     assert missed["passed"] and missed["predicted"] == pytest.approx(1.5492, abs=1e-4)
     assert check(verdict, "decay rate")["passed"]
+
+
+def two_rates(gain):
+    """Return points whose errors decay at anchor and anchor + 2 gain, which begin all but opposite."""
+    poses = [[12.0, 1.0, 0.0], [-12.0, -1.05, 0.0]]
+    parameters = {"gain": gain, "anchor": 0.36, "integral": 0.0, "size": 4.0, "shape": "line"}
+    control = {"protocol": "station_keeping", "rate": 10, "parameters": parameters}
+    keys = {"fidelity": "point_mass", "limits": "none", "record_rate": 10, "step": 0.1}
+    keys.update(topology={"edges": [[1, 2]], "directed": False}, duration=60.0)
+    return scenario_from_dict({"poses": poses, "control": control, "model": "heron", **keys}, "two")
+
+
+class ClaimsAnotherRate(StationKeeping):
+    TIMES = 1.0
+
+    def claims(self, start):
+        named = "decay rate [1/s]"
+        return [
+            c._replace(predicted=self.TIMES * c.predicted) if c.name == named else c
+            for c in super().claims(start)
+        ]
+
+
+class ClaimsTheFasterRate(ClaimsAnotherRate):
+    TIMES = 1.025
+
+
+class ClaimsASlowerRate(ClaimsAnotherRate):
+    TIMES = 0.975
+
+
+@pytest.mark.parametrize("gain", [0.006, 0.009, 0.02, 0.05])
+def test_two_modes_that_are_nearly_alike_do_not_make_the_rate_of_the_slower_false(tmp_path, gain):
+    found = check(verdict_of(two_rates(gain), tmp_path), "decay rate")
+    assert found["passed"] is not False, found
+
+
+@pytest.mark.parametrize("law", [ClaimsASlowerRate])
+@pytest.mark.parametrize("gain", [0.006, 0.02])
+def test_a_rate_between_or_below_them_is_false(tmp_path, gain, law):
+    found = check(verdict_of(two_rates(gain), tmp_path, law), "decay rate")
+    assert found["passed"] is False and "false of the law itself" in found["note"], found
 
 
 def test_without_an_anchor_the_shape_is_kept_and_drifts(tmp_path):

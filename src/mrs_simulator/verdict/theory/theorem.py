@@ -21,6 +21,8 @@ MOST_PAIRS = 2e7  # [-] pairs of robots over all commands of the longest solutio
 MOST_SAMPLES = 40000  # [-] of a longer solution
 NUDGE = 1e-9  # [m] by which a start is moved to see whether the solution is chaotic
 ASIDE = 1e-3  # [-] of the team's size, by which a start is moved to contain all modes
+RICHER = 12  # times at most that a start beside is made of what is left late of the one before
+ALIKE = 0.03  # [-] of a rate's tolerance, by which that changes no more with the last of these
 SIMPLE = 0.15  # [-] of a rate's miss, by which it may differ between two parts of a simple decay
 PARTS = (1e-3, 1e-6, RATE_FLOOR)  # [-] of the start, between which the two parts lie
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
@@ -202,14 +204,35 @@ class Points:
         return self._falsified(claim, share, said)
 
     def _rates_aside(self, claim, run, share):
-        """Return the two rates from a start beside that of ``run``, which has all modes, or None."""
+        """Return the two rates from a start beside that of ``run``, which has all modes, or None.
+
+        Where the team comes to rest, it is the difference of the two that is looked at, in which no mode of
+        ``run`` hides a slower one; what is left of it late begins the next, until the rate changes no more,
+        since modes that are nearly as slow as the slowest part only late.
+        """
         size = ASIDE * max(1.0, float(np.ptp(run.hand[0], axis=0).max()))
         draw = np.random.default_rng(0).uniform(-size, size, run.hand.shape[1:])
-        other = self._for(share, draw)
-        if other is None:
-            return None
-        # Another limit, that moves as this one does.
-        return _rates(run.time, claim.decays(other.hand - (other.hand[-1] - run.hand[-1])))
+        rests, rates = _rests(claim.decays, run.hand), None
+        longer = self._for(2.0 * share) if rests else None  # by whose end what differs is rounding
+        if longer is not None:
+            run, share = longer, 2.0 * share
+        end = run.hand[-1]
+        for _ in range(RICHER if rests else 1):
+            other = self._for(share, draw)
+            if other is None:
+                return None
+            off = other.hand - (other.hand[-1] - end)  # another limit, that moves as this one does
+            if rests:
+                off = end + (off - run.hand)
+            values, before = claim.decays(off), rates
+            rates = _rates(run.time, values)
+            if rates is None or _is_claimed(rates, claim):
+                break
+            if before is not None and abs(rates[1] - before[1]) <= ALIKE * claim.tolerance:
+                break
+            left = off[np.argmax(values <= RATE_FLOOR * values[0])] - end
+            draw = size / max(np.abs(left).max(), 1e-300) * left
+        return rates
 
     def _is_random(self):
         law, links = published_law(self.control), self.control.links
@@ -329,6 +352,12 @@ def _rounded(seconds):
 def _same(check, other, tolerance):
     found = check.measured is not None and other.measured is not None
     return found and abs(check.measured - other.measured) <= 0.1 * tolerance
+
+
+def _rests(quantity, hand):
+    """Return whether the points ``hand`` (m, n, d) come to rest where the ``quantity`` is nothing."""
+    at_end = quantity(np.broadcast_to(hand[-1], hand.shape))
+    return bool(np.max(at_end) <= RATE_FLOOR * quantity(hand)[0])
 
 
 def _has_decayed(values):

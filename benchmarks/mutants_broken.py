@@ -37,7 +37,7 @@ def theorem_trial(scenario):
     checks = [each for each in verdict["checks"] if each["question"] == THEOREM]
     if any(map(is_outside, checks)):
         return Trial(NEUTRAL)
-    if verdict["ended"] != "complete":
+    if any(each["name"] == "ended" and each["passed"] is False for each in verdict["checks"]):
         return Trial(-NEUTRAL, {"name": verdict["ended"]})
     shares = {each["name"]: share_of(each) for each in checks if each["passed"] is not None}
     if not shares:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, part_of_shipped, shipped, verdict_of
 
+from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import Claim
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols.gathering import equations as laws
@@ -227,6 +228,36 @@ def test_the_threshold_is_at_pi_over_n(tmp_path, share, sign):
     assert not failed(verdict)
     growth = check(verdict, "growth")
     assert (abs(growth["measured"]) < 2e-4) if sign == 0 else sign * growth["measured"] > 2e-3
+
+
+def far_beyond(duration):
+    """Return points at twice the angle of a circle, which 78 s drive a thousand kilometres apart."""
+    control = {"protocol": "cyclic_pursuit", "rate": 10, "saturation": "none"}
+    control["parameters"] = {"gain": 0.35, "angle": np.pi / 3.0}
+    keys = {"fidelity": "point_mass", "limits": "none", "record_rate": 10, "step": 0.1}
+    return shipped("cyclic_pursuit")._replace(duration=duration).changed(control=control, **keys)
+
+
+def test_a_team_that_theory_drives_apart_ends_as_the_theorem_says(tmp_path):
+    verdict = verdict_of(far_beyond(100.0), tmp_path)
+    assert verdict["ended"].endswith("the team is driven apart")
+    ended = check(verdict, "ended")
+    assert ended["passed"] is None and ended["note"] == "theory leads it there"
+    assert verdict["outcome"] == "passed" and check(verdict, "growth")["measured"] > 0.1
+
+
+class PursuesInwardsAsPredicted(CyclicPursuit):
+    def prediction(self, start, time):
+        return 0.0 * super().prediction(start, time)
+
+
+class PredictsNothing(CyclicPursuit):
+    prediction = PioneerControl.prediction
+
+
+@pytest.mark.parametrize("law", [PursuesInwardsAsPredicted, PredictsNothing])
+def test_a_team_that_is_driven_apart_against_theory_fails(tmp_path, law):
+    assert "ended" in failed(verdict_of(far_beyond(100.0), tmp_path, law))
 
 
 class PursuesAtAnotherAngle(CyclicPursuit):

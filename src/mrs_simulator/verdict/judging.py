@@ -14,6 +14,7 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.published.laws import Resumed
 from mrs_simulator.record.recording import part_of
 from mrs_simulator.record.run_changes import changed_by, changes_text
+from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.verdict.certificates import certificate_claims
 from mrs_simulator.verdict.derived.derived_theory import derived_control
 from mrs_simulator.verdict.estimation import estimation_measures
@@ -52,6 +53,7 @@ NARROWER = 0.1  # [-] of the tolerance of points, where the cost is known
 CLOSE = 1e-6  # [m] to where theory has a point, within which it is there
 LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which is judged
 FILTERED = "the safety filter acted"
+NEARLY = 0.99  # [-] of how far robots may go at most
 BESIDE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ESTIMATED = "the law knew estimates of the poses"
 NOISY = (
@@ -107,8 +109,10 @@ def _judged_by_theory(run, control, foretold, derives):
         theory = theory._replace(points=Ideal(control, run))
     theory = _joined(theory, changed)
     if derived is not None:
-        # collisions that the law itself leads to are no less wrong
+        # collisions that the law itself leads to are no less wrong, nor are ways to infinity
         theory = theory._replace(led=None)
+    else:
+        theory = theory._replace(leads_apart=_leads_apart(control, whole))
     with _keeping(faults, "measures"):
         measures, wrong = measures_of(call(control.measures, run))
         faults += _faults("measures", wrong)
@@ -128,6 +132,17 @@ def _judged_by_theory(run, control, foretold, derives):
     if derived is not None:
         return labelled(verdict), track
     return (with_reason(verdict, why) if verdict["outcome"] == NOT_JUDGED else verdict), track
+
+
+def _leads_apart(control, run):
+    """Return whether its protocol predicts of a ``run`` that ended early that the team had gone too far."""
+    if run.scenario is None or run.time[-1] >= run.scenario.duration - run.scenario.step:
+        return False
+    with _keeping([], "prediction"):  # whose faults are reported with the track
+        next_sample = run.time[-1:] - run.time[0] + run.scenario.record_period
+        track = call(control.predicted_track, run.hand[0], next_sample)
+        return track is not None and bool(np.max(np.abs(track)) >= NEARLY * FARTHEST)
+    return False
 
 
 def _has_no_points(control, theory):

@@ -74,6 +74,7 @@ FALLS = (
 LED = (
     "theory leads their points there; wanted fidelity: point_mass, or places that are farther apart"
 )
+APART = "theory leads it there"
 COST = "held commands and limits cost {:.3g}, which the tolerance takes in"
 SLIP = "robots that slip as recorded are {:.3g} off under the published law"
 OTHERWISE = "under the published law robots that slip so have {:.4g}"
@@ -119,7 +120,8 @@ class Theory(NamedTuple):
     :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
     that is judged, None for all of it, and ``why``; ``points``: the :class:`Points` on which the theorem
     is tested, or None; ``led``: when [s] theory leads which pairs of rows nearer to each other than bodies
-    can be, as :func:`meetings.meetings` returns it, or None; ``gripping``: returns the ``followed`` of
+    can be, as :func:`meetings.meetings` returns it, or None; ``leads_apart``: whether the protocol predicts
+    that the team goes as far as a run may at most; ``gripping``: returns the ``followed`` of
     wheels that speed up no faster than friction lets them, or is None; ``unbanded``: the tolerances by the
     names of claims without what they allow a dead band, {} where there is none.
     """
@@ -136,6 +138,7 @@ class Theory(NamedTuple):
     why: str = ""
     points: Any = None
     led: Any = None
+    leads_apart: bool = False
     gripping: Any = None
 
     def of_points(self, claim):
@@ -180,7 +183,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY, obedienc
     checks.append(_collisions(run, theory.led))
     checks += _incidents(run)
     ended = _ended(run)
-    checks.append(Check("ended", "complete", ended, None, ended == "complete"))
+    checks.append(_end(ended, theory))
     scenario = run.scenario
     closest = closest_approach(run.pose, run.z)
     if "closest_approach" in run.meta:
@@ -371,6 +374,14 @@ def _deadlock(run):
     if not held:
         return []
     return [Check(STILL, 0, len(held), 0, None, note=deadlock_text(held))]
+
+
+def _end(ended, theory):
+    """Return the check that a run ``ended`` complete; theory itself may drive a team apart."""
+    check = Check("ended", "complete", ended, None, ended == "complete")
+    if theory.leads_apart:
+        return check._replace(passed=None, note=APART)
+    return check
 
 
 def _ended(run):

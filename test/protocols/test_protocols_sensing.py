@@ -82,12 +82,33 @@ def test_a_convoy_that_loses_sight_fails(tmp_path):
     assert "worst range from the steady one at the end [m]" in failed(verdict)
 
 
-def test_robots_that_see_less_far_than_they_think_lose_each_other(tmp_path):
-    scenario = shipped("limited_visibility", duration=22.0)
-    less = {"type": "range_bearing", "range": 2.6, "occlusion": False, "rate": 10}
-    sensors = [{"mounts": {"neighbours": less}}]
-    verdict = verdict_of(scenario.changed(sensors=sensors), tmp_path)
-    assert "extent of the team at the end [m]" in failed(verdict)
+def seeing(**changes):
+    """Return the scenario that ships with another sensor of the others."""
+    mount = {"type": "range_bearing", "range": 4.0, "occlusion": False, "rate": 10, **changes}
+    return shipped("limited_visibility", sensors=[{"mounts": {"neighbours": mount}}], duration=22.0)
+
+
+def test_of_robots_that_see_less_far_than_they_think_no_theorem_speaks(tmp_path):
+    verdict = verdict_of(seeing(range=2.6), tmp_path)
+    seen = check(verdict, "all within the radius are seen")
+    assert seen["measured"] == "does not hold" and seen["passed"] is None
+    assert seen["note"] == "robot1 sees others up to 2.6 m, the radius is 4 m"
+    assert verdict["outcome"] == "not_judged" and seen["name"] in verdict["reason"]
+    # They do lose each other, which is measured all the same.
+    extent = check(verdict, "extent of the team at the end [m]")
+    assert extent["measured"] > 1.0 and extent["passed"] is None
+
+
+@pytest.mark.parametrize(
+    "changes, holds",
+    [({}, True), ({"range": 5.0}, True), ({"range": 3.9}, False), ({"view": 3.0}, False)]
+    + [({"occlusion": True}, False), ({"noise": {"bearing": {"dropout": 0.1}}}, False)],
+)
+def test_all_within_the_radius_have_to_be_seen(changes, holds):
+    scenario = seeing(**changes)
+    claims = make_control(scenario).claims(scenario.poses[:, :2])
+    condition = {claim.name: claim for claim in claims}["all within the radius are seen"]
+    assert condition.holds == holds and bool(condition.why) != holds
 
 
 ROOM = [

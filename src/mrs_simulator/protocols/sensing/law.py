@@ -98,7 +98,8 @@ class LimitedVisibility(Sensing):
     No robot knows who is who, where it is, or where north is: each goes to the centre of the smallest
     circle about those that it sees, no farther than V/2 from the middle of the way to each.
 
-    Theorem: robots that see each other at the start do so for ever, and a team that is connected so meets.
+    Theorem: if each sees all others within V, robots that do so at the start do so for ever, and a team
+    that is connected so meets.
     """
 
     SENSORS = ("neighbours",)
@@ -138,6 +139,28 @@ class LimitedVisibility(Sensing):
         near = np.linalg.norm(hand[first] - hand[second], axis=1) <= self.radius
         return first[near], second[near]
 
+    def _sees_all_within(self):
+        """Return the condition that each robot sees all others within the radius, whatever their bearing.
+
+        Whom it does not see it may leave: of such a team the theorem says nothing, neither that it meets
+        nor that it does not.
+        """
+        why = ""
+        for robot, mount in zip(self.numbers, self._sensors()):
+            seen = mount.settings
+            if seen.most < self.radius:
+                why = "up to {:g} m, the radius is {:g} m".format(seen.most, self.radius)
+            elif seen.view < 2.0 * np.pi:
+                why = "in a part of the directions alone"
+            elif seen.occlusion:
+                why = "none behind another's body: occlusion"
+            elif any(noise.dropout for _, noise in mount.noise):
+                why = "not all of the time: dropout"
+            if why:
+                why = "robot{} sees others {}".format(robot, why)
+                break
+        return Condition("all within the radius are seen", not why, why)
+
     def claims(self, start):
         """Return claims: robots in view of each other at the start stay so, and all meet."""
         first, second = self._pairs(start)
@@ -158,6 +181,7 @@ class LimitedVisibility(Sensing):
                 bool(self.fidelity == "point_mass" or not self._leads.any()),
                 "what is seen of a robot is not the point that is controlled",
             ),
+            self._sees_all_within(),
         ]
 
         def farthest(hand):

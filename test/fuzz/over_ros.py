@@ -109,6 +109,7 @@ def targets():
         ("/stage/set_team", SetTeam),
         ("/stage/step", StepStage),
         ("/stage/pause", SetBool),
+        ("/stage/pause_after", StepStage),
         ("/stage/reset", Trigger),
         ("/stage/set_speed", SetSpeed),
         ("/pioneer_control/set_topology", SetTopology),

@@ -5,8 +5,13 @@ import math
 import socket
 import xmlrpc.client
 
+import numpy as np
 import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
+
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.world.world import EVERY, World
 
 
 def start(ros, *arguments, name="stage"):
@@ -145,6 +150,25 @@ def test_pause_step_reset_and_speed(ros):
     assert probe.ask("call('/stage/set_speed', SetSpeed, 20.0)") == [True, "speed 20"]
     probe.wait("status('real_time_factor') > 0.4")  # a busy machine does not reach 20
     assert probe.ask("clock_went_back") is False
+
+
+def test_a_run_pauses_so_many_steps_after_its_first_command(ros):
+    _, probe = start(ros, "--robots", 1)
+    ask = "call('/stage/pause_after', StepStage, {})"
+    assert probe.ask(ask.format(30)) == [True, "pauses after 30 steps of 0.02 s"]
+    probe.ask("drive([1], 0.0, 0.0)")
+    probe.wait("now() > 1.0 and not status('paused')")  # a robot that stands begins no run
+    probe.ask("drive([1], 0.3, 0.0)")
+    world = World.from_scenario(load_scenario(scenario_path("paper.yaml")).overridden(robots=1))
+    world.set_commands(EVERY, np.array([[0.3, 0.0]]))
+    for _ in range(30):
+        world.step()
+    moved = "status('paused') and state('vx') and state('x')[0]"
+    assert probe.wait(moved) == pytest.approx(world.pose[0, 0], abs=1e-9)
+    assert probe.ask("call('/stage/pause', SetBool, False)") == [True, "running"]
+    then = probe.ask("now()")
+    probe.wait("now() > {!r} + 1.0 and not status('paused')".format(then))  # once
+    assert probe.ask(ask.format(1000))[0] and probe.ask(ask.format(0))[1].startswith("goes on")
 
 
 def test_peers_that_connect_and_send_no_header_keep_none_out(ros):

@@ -81,6 +81,15 @@ def test_a_run_begins_with_its_first_command_though_the_one_before_ended_in_moti
     assert [sample and sample.time for sample in inbox.take_samples()] == [None, 1.26]
 
 
+def test_the_last_state_of_a_run_is_a_sample_once_time_stands():
+    world = World.from_scenario(load_scenario(scenario_path("paper_four.yaml")))
+    world.set_commands(EVERY, np.full((world.n, 2), 0.3))
+    inbox = Inbox()
+    for time in (1.00, 1.06, 1.08, 1.08, 1.08, 1.08):
+        inbox.keep_state(team_state(world, rospy.Time(time), "world", (1, 0)))
+    assert [round(sample.time, 2) for sample in inbox.take_samples()] == [1.0, 1.06, 1.08]
+
+
 def test_the_time_of_real_robots_counts_from_the_first_message():
     robots = RobotsConnection()
     robots._on_odometry(odometry(1.7e9, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)

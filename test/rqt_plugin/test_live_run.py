@@ -111,6 +111,19 @@ def test_trails_of_a_run_that_is_faster_than_the_pictures_lead_through_its_sampl
         assert apart.max() < 0.1
 
 
+def test_trails_of_another_run_begin_with_its_first_sample(study):
+    taken, snapshot = study.connection.take_samples, study.connection.snapshot
+    tick(study, [0.0, 1.0, 2.0])
+    study.connection.is_fresh.side_effect = lambda name: True
+    taken.return_value, snapshot.return_value = [], sample(study, 2.0)
+    study.live.show_frame()
+    taken.return_value = [None, sample(study, 2.05), sample(study, 2.2)]  # time goes on
+    snapshot.return_value = sample(study, 2.2)
+    study.live.show_frame()
+    wanted = [sample(study, time).pose[0, :2] for time in (2.05, 2.2)]
+    np.testing.assert_allclose(study.map.trails.path(0), wanted)
+
+
 def test_many_samples_between_two_pictures_are_thinned(study):
     study.connection.is_fresh.side_effect = lambda name: True
     study.connection.take_samples.side_effect = [

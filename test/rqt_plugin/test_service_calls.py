@@ -12,6 +12,7 @@ import rospy
 from ros_fixtures import PATIENCE, wait_until
 
 from mrs_simulator.rqt_plugin.ros_side import service_calls
+from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, STAGE, ServiceCalls
 from mrs_simulator.rqt_plugin.run.processes import Processes
 
@@ -51,6 +52,20 @@ def test_requests_to_one_server_keep_their_order():
         asked.put(STAGE, name, lambda name=name: (done.append(name) is None, ""))
     taken_until(asked, "set_team")
     assert done == ["reset", "pause", "set_team"]
+
+
+def test_a_run_begins_before_a_controller_is_started_and_after_robots_were_put_back(monkeypatch):
+    done, answer = [], MagicMock(success=True)
+    monkeypatch.setattr(service_calls.rospy, "wait_for_service", lambda *_: None)
+    proxy = lambda service, _: lambda: done.append(service) or answer  # noqa: E731
+    monkeypatch.setattr(service_calls.rospy, "ServiceProxy", proxy)
+    connection = RosConnection.__new__(RosConnection)
+    connection._calls, connection._inbox = ServiceCalls(), MagicMock()
+    connection._inbox.begin_run.side_effect = lambda: done.append("run")
+    for name in ("reset", "start"):
+        connection.ask(name)
+        taken_until(connection._calls, name)
+    assert done == ["stage/reset", "run", "run", "pioneer_control/start"]
 
 
 def test_an_answer_that_is_missing_is_said_once(hung, monkeypatch):

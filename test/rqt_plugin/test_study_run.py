@@ -468,6 +468,21 @@ def test_a_frozen_run_stays_while_the_history_goes_on_and_thins_itself(monkeypat
     assert known[-1] and (history.estimate[known, 1, 2] == history.time[known]).all()
 
 
+def test_a_history_that_thins_itself_keeps_the_ends_of_the_run(monkeypatch):
+    monkeypatch.setattr(history_module, "MOST_VALUES", 1)
+    monkeypatch.setattr(history_module, "FEWEST_SAMPLES", 8)
+    for still in range(8):
+        history = commanded(commanded(History(), still, 0.0), 30)
+        end = history.time[-1] + 1.0 if history.time[-1] == still + 29.0 else still + 29.0
+        zeros, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
+        for _ in range(2):  # as a simulation that stands says again
+            moving = np.full((2, 2), 0.1)
+            history.append(snapshot_of(end, (1, 2), zeros, zeros, moving, fresh))
+        assert history.begin == history.begun == still
+        assert history.time[-1] == end and history.lasts(end - still)
+        assert not history.lasts(end - still + 1.0)
+
+
 def test_of_one_time_the_newest_is_kept_and_may_begin_the_run():
     history, fresh = History(), np.ones(2, dtype=bool)
     for place, speed in ((1.0, 0.0), (2.0, 0.3)):  # odometry, then the stage with the first command

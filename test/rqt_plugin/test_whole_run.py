@@ -141,8 +141,20 @@ def test_run_starts_the_controller_of_the_team_as_edited(taken):
         whole.follow()
         whole.answered("set_team", True)
     whole.follow()
+    assert not study.do.called  # the simulation does not know yet how long the run lasts
+    study.stage.end_after.assert_called_once_with(study.scenario.duration)
+    whole.answered("pause_after", True)
     study.do.assert_called_once_with("control")
     assert team.send_now.called == (not taken)
+
+
+def test_a_run_that_is_given_up_has_no_end_of_itself():
+    whole, study, _ = whole_run(taken=True)
+    whole.answered("reset", True)
+    whole.follow()
+    whole.answered("pause_after", True)
+    whole.give_up()
+    study.connection.pause_after.assert_called_once_with(0)
 
 
 def test_a_refused_team_is_not_the_one_that_the_simulation_has():
@@ -192,6 +204,7 @@ def test_a_run_that_no_program_records_begins_with_its_controller_where_no_robot
     begun = 4.0 if since is None else since  # when the controller was first seen
     for time, ended in ((4.0, False), (begun + 4.9, False), (begun + 5.0, True)):
         study.connection.snapshot.return_value = SimpleNamespace(time=time)
+        history.time.append(time)
         whole.follow()
         assert results.judge.called == ended and history.begun == (begun if ended else None)
 

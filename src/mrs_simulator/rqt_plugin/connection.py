@@ -118,6 +118,13 @@ class Connection(abc.ABC):
         """Press or release the emergency stop of all controllers."""
 
     @abc.abstractmethod
+    def pause_after(self, steps):
+        """Request that a simulation pauses by itself so many ``steps`` after a run begins; 0: no longer.
+
+        The answer is the result ``pause_after``.
+        """
+
+    @abc.abstractmethod
     def begin_run(self):
         """Count samples from now on as another run."""
 

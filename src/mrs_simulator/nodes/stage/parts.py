@@ -37,6 +37,7 @@ def make_parts(stage, preset, real):
         FlightServices(world, stage.requests, absent=real),
         ScenarioTopic(stage.stands_for),
         MapTopics(stage.scenario, frames.world, topics.stamp()),
+        stage.length,
         StatusTopic(stage, mirror, sensors, ignored),
         Window(world),
     ]

@@ -1,4 +1,4 @@
-"""The services of a stage: pause, step, reset, set_speed and set_team."""
+"""The services of a stage: pause, pause_after, step, reset, set_speed and set_team."""
 
 import rospy
 from std_srvs.srv import SetBool, Trigger
@@ -23,6 +23,7 @@ class StageServices:
         """Open the services."""
         self._services = [
             self._service("~pause", SetBool, self._on_pause),
+            self._service("~pause_after", StepStage, self._on_pause_after),
             self._service("~step", StepStage, self._on_step),
             self._service("~reset", Trigger, self._on_reset),
             self._service("~set_speed", SetSpeed, self._on_set_speed),
@@ -39,6 +40,11 @@ class StageServices:
         stage.steps_asked = 0
         stage.pacer.resume()
         return "paused" if stage.paused else "running"
+
+    def _on_pause_after(self, request):
+        self._stage.length.ask(request.steps)
+        after = "{} steps of {:g} s".format(request.steps, self._stage.world.step_size)
+        return "pauses after " + after if request.steps else "goes on without an end"
 
     def _on_step(self, request):
         stage = self._stage

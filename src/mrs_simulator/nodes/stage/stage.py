@@ -15,6 +15,7 @@ from mrs_simulator.nodes.stage.presets import PRESETS
 from mrs_simulator.nodes.stage.readiness import Readiness
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
+from mrs_simulator.nodes.stage.run_length import RunLength
 from mrs_simulator.nodes.stage.services import StageServices
 from mrs_simulator.nodes.stage.starting import only_stage
 from mrs_simulator.nodes.stage.status import named
@@ -59,7 +60,7 @@ class Stage:
         self._times = OdometryTimes(self.world, scenario, usual)
         self.round_trips = RoundTrips(self.world.n, self._times.command_period)
         self.is_started = False
-        self.steps_asked = 0
+        self.steps_asked, self.length = 0, RunLength(self.world)
         self.id, self.run = random.SystemRandom().getrandbits(32), 0
         self.trouble = ""  # who else simulates or drives these robots
         self._reported = time.monotonic()
@@ -139,6 +140,9 @@ class Stage:
         if self.paused and not self.steps_asked:
             return False
         if self.lockstep and not self.lockstep.may_go_on():
+            return False
+        if self.length.take_end():  # with the commands of its last moment
+            self.paused, self.steps_asked = True, 0
             return False
         return self.paused or self.pacer.wait() == 0.0
 

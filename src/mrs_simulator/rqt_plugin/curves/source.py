@@ -31,8 +31,7 @@ class Source:
     @property
     def begin(self):
         """Return the time [s] at which the run begins, 0 before it does."""
-        time = self.history.time
-        return float(time[self.history.first_row()]) if len(time) else 0.0
+        return self.history.begin
 
     @property
     def lasts(self):

@@ -173,6 +173,9 @@ class LocalConnection(Received, Connection):
         if self._engine is not None:
             self.ask("emergency", bool(on))
 
+    def pause_after(self, steps):
+        self._results.append(("pause_after", True, ""))  # every run pauses where its duration ends
+
     def begin_run(self):
         with self._lock:
             self._samples.append(None)

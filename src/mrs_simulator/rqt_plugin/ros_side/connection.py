@@ -16,7 +16,7 @@ from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, 
 from mrs_simulator.state.columns import REAL
 
 END_LIMIT = 2.0  # [s] of wall time that the last requests have
-BEGINNINGS = ("reset", "set_team", "start")  # services after which another run begins
+BEGINNINGS = ("reset", "set_team")  # services after which another run begins
 
 
 class RosConnection(Connection):
@@ -103,7 +103,9 @@ class RosConnection(Connection):
 
     def ask(self, name, *arguments):
         """Call service ``name`` in the background; ``take_results`` has the answer."""
-        self._calls.ask(name, arguments, self.begin_run if name in BEGINNINGS else None)
+        begins = self.begin_run if name in BEGINNINGS else None
+        first = self.begin_run if name == "start" else None  # robots may move before the answer
+        self._calls.ask(name, arguments, begins, first)
 
     def set_team(self, poses, kinds, altitude=None):
         """Ask the stage for a new team; ``poses`` (n, 3), ``altitude`` (n,) [m] or None: on the ground."""
@@ -127,6 +129,9 @@ class RosConnection(Connection):
         self._calls.put(
             MASTER, "restored_time", lambda: service_calls.restore_simulated_time(before)
         )
+
+    def pause_after(self, steps):
+        self.ask("pause_after", steps)
 
     def set_emergency(self, on):
         # Until its own message comes back, the one before is not to show.

@@ -48,7 +48,7 @@ class Inbox(Received):
 
     def __init__(self):
         super().__init__()
-        self._moves = False
+        self._moves, self._stands = False, False  # whether robots do, and time does
         self._samples = deque(maxlen=MOST_WAITING)
         self._queues = {name: deque(maxlen=MOST_WAITING) for name in QUEUED}
         self._cached = None, False, (), None  # what the last snapshot was made of, and that
@@ -76,7 +76,10 @@ class Inbox(Received):
                 self._begin()  # a reset, another team, another stage
             due = last is None or stamp < kept or stamp >= kept + SAMPLE_PERIOD - 1e-9
             stood, self._moves = not self._moves, is_commanded(message)
-            if due or (stood and self._moves):  # a run begins with its very first command
+            before = None if last is None else last.header.stamp
+            went, self._stands = not self._stands, before == message.header.stamp
+            begins = stood and self._moves  # a run does, with its very first command
+            if due or begins or (went and self._stands):  # or it is over
                 self._newest["kept"] = stamp
                 self._samples.append(message)
 

@@ -18,6 +18,7 @@ SIMULATED_TIME = "/use_sim_time"
 
 SERVICES = {
     "pause": (STAGE, SetBool),
+    "pause_after": (STAGE, StepStage),
     "step": (STAGE, StepStage),
     "reset": (STAGE, Trigger),
     "set_speed": (STAGE, SetSpeed),
@@ -34,14 +35,14 @@ class ServiceCalls:
     def __init__(self):
         self._queues, self._results, self._ended = {}, queue.Queue(), threading.Event()
 
-    def ask(self, name, arguments, then=None):
-        """Call service ``name`` of ``SERVICES``, and ``then()`` right after a success.
+    def ask(self, name, arguments, then=None, first=None):
+        """Call service ``name`` of ``SERVICES``, ``first()`` before, and ``then()`` right after a success.
 
         ``take_results`` returns the answer.
         """
         server, kind = SERVICES[name]
         service = "{}/{}".format(server, name)
-        self.put(server, name, lambda: _call(service, server, kind, arguments, then))
+        self.put(server, name, lambda: _call(service, server, kind, arguments, then, first))
 
     def put(self, server, name, work):
         """Run ``work`` after all else for ``server``; its ``(success, answer)`` is the result ``name``."""
@@ -109,10 +110,12 @@ class _ServerQueue:
         return [("slow", True, no_answer(slow[0], self._server))]
 
 
-def _call(service, server, kind, arguments, then):
+def _call(service, server, kind, arguments, then, first):
     who = SERVERS[server]
     try:
         rospy.wait_for_service(service, SERVICE_LIMIT)
+        if first is not None:
+            first()
         answer = rospy.ServiceProxy(service, kind)(*arguments)
     except rospy.ROSException:
         return False, "{} is not there, or is about to end".format(who)

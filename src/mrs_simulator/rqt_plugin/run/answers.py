@@ -12,6 +12,7 @@ REFUSED = {
     "restored_time": "programs started from now on still take simulated time for theirs",
     "reset": "the robots were not put back to where they began",
     "pause": "the simulation was not paused, nor does it go on",
+    "pause_after": "the run has no end of itself",
     "paused": "the simulation was not paused",
     "step": "the simulation made no step",
     "start": "the controller was not started",

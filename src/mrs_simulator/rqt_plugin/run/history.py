@@ -14,6 +14,7 @@ from mrs_simulator.verdict.estimation import SAME
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is dropped
 FEWEST_SAMPLES = 500
+ROUNDING = 1e-6  # [s] that a run's end may lack
 MOST_COLLISIONS = 10000
 EMPTY = {"pose": np.empty((0, 3)), "twist": np.empty((0, 3)), "command": np.empty((0, 2))}
 
@@ -52,6 +53,7 @@ class History:
         self.collisions = deque(maxlen=MOST_COLLISIONS)
         self.incidents = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
+        self._dropped = None  # [s] of the newest sample that was dropped
         self._lent = False  # whether a frozen copy shares the arrays
         self._time, self._table = np.empty(0), np.empty((0, 0, self._layout.width))
         self._estimate = None  # (rows, n, 3) once estimates were received, nan where there is none
@@ -61,20 +63,26 @@ class History:
         """Add ``snapshot``, a ``StateTable``; another team, or a time that went back, begins anew.
 
         Of samples of one time the newest is kept: a command, or the stage's state instead of odometry.
+        A full history drops every other sample, but neither the first one nor the last of a run: that comes
+        twice, since time stands then.
         """
         newest = self._time[self._filled - 1] if self._filled else -np.inf
         layout = Layout.of_state(snapshot, RECORDED)
         if (snapshot.robots, layout) != (self.numbers, self._layout) or snapshot.time < newest:
             self._begin(snapshot)
+        begins = False
         if np.any(snapshot.command):
-            self.begun = snapshot.time if self.begun is None else self.begun
+            begins = self.begun is None
+            self.begun = snapshot.time if begins else self.begun
             self.moved = snapshot.time
         self.real = snapshot.numbers_with(REAL)
         if self._filled and snapshot.time == newest:
             self._put(self._filled - 1, snapshot)
             return
         self._skipped += 1
-        if self._filled and self._skipped < self._stride:
+        ends = snapshot.time == self._dropped
+        if self._filled and self._skipped < self._stride and not (begins or ends):
+            self._dropped = snapshot.time
             return
         self._skipped = 0
         if self._filled == len(self._time):
@@ -117,13 +125,14 @@ class History:
         self.begun = float(state.time[0])
 
     def _thin(self):
-        kept = len(self._time[::2])
+        first = self.first_row() % 2  # where the run begins
+        kept = len(self._time[first::2])
         for name in ("_time", "_table", "_estimate"):
             held = getattr(self, name)
             if held is not None:
                 # Frozen copies keep their arrays.
                 thinned = np.empty_like(held) if self._lent else held
-                thinned[:kept] = held[::2]
+                thinned[:kept] = held[first::2]
                 setattr(self, name, thinned)
         self._lent, self._filled, self._stride = False, kept, 2 * self._stride
 
@@ -147,6 +156,18 @@ class History:
         """Return whether robots were commanded for ``shortest`` [s] that are in no saved run."""
         begun = np.inf if self.begun is None else self.begun
         return bool(self.moved - max(begun, self.saved) >= shortest)
+
+    @property
+    def begin(self):
+        """Return the time [s] at which the run begins, that of the first sample before any command.
+
+        0 without samples.
+        """
+        return float(self.time[self.first_row()]) if self._filled else 0.0
+
+    def lasts(self, duration):
+        """Return whether the run, which has begun, is ``duration`` [s] long by now."""
+        return self.time[-1] - self.begun >= duration - ROUNDING
 
     def first_row(self):
         """Return the row where the run begins, with the first command; 0 while there was none."""

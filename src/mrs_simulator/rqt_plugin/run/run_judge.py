@@ -15,7 +15,6 @@ from mrs_simulator.study.run.run_so_far import SoFar
 PERIOD = 0.5  # [s] of wall time between two looks at a run
 MOST_SAMPLES, MOST_NUMBERS = 600, 200000  # [-] of a run that are looked at
 FEWEST_SAMPLES = 20
-ENOUGH = 1e-6  # [s] that a run's end may lack
 
 
 class Said(NamedTuple):
@@ -54,9 +53,7 @@ class RunJudge:
 
     def is_over(self, scenario):
         """Return whether the run is as long as its ``scenario`` wants, or nothing commands robots."""
-        history = self._history
-        lasted = history.time[-1] - history.begun
-        return lasted >= scenario.duration - ENOUGH or not self._study.is_controlled()
+        return self._history.lasts(scenario.duration) or not self._study.is_controlled()
 
     def _is_judged(self, scenario):
         """Return whether there is a verdict already: a run that goes on after its duration keeps it."""

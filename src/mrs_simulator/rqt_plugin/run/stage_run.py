@@ -1,7 +1,10 @@
 """The simulation of a study: starts a stage or attaches to one, and sets its team; without Qt."""
 
+import math
+
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.history import ROUNDING
 from mrs_simulator.rqt_plugin.run.study_state import named
 from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.study.results.report import write_scenario
@@ -110,6 +113,11 @@ class StageRun:
         stage = self._connection.newest("stage")
         self._connection.ask("pause", not (stage is not None and stage.paused))
         return ""
+
+    def end_after(self, duration):
+        """Let the next run pause after ``duration`` [s]; the answer is the result ``pause_after``."""
+        step = (self._scenario() or self._edited.scenario).step
+        self._connection.pause_after(math.ceil(duration / step - ROUNDING))
 
     def step(self, _=None):
         """Advance by one step."""

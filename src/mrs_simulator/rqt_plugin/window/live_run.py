@@ -68,6 +68,7 @@ class LiveRun:
         if self._has_ended():
             self._show_start()
         snapshot, now = self._connection.snapshot(), time.monotonic()
+        self.take_samples()  # of a run that has begun the trails do, too
         panels, beside = self._panels, self._panels.beside.is_beside
         share = pacing.MAP if beside else pacing.MAP_ALONE
         shown, robots = panels.map, len(panels.map.team.numbers)
@@ -115,7 +116,6 @@ class LiveRun:
         since = -math.inf if shown is None or until < shown.time else shown.time
         if until - since < JUMP:
             return None
-        self.take_samples()
         time = self._history.time
         first, last = np.searchsorted(time, since, side="right"), np.searchsorted(time, until)
         rows = slice(first, last, max(1, math.ceil((last - first) / MOST_PASSED)))
@@ -129,6 +129,7 @@ class LiveRun:
                 self.runs += 1
                 self._study.missed.begin()
                 self._panels.map.clear_trails()
+                self._last_frame = 0.0, None  # of the run's trails none is drawn yet
             else:
                 self._history.append(snapshot)
         self._history.take_estimates(self._connection.take("estimates"))

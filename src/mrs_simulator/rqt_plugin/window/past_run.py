@@ -1,7 +1,5 @@
 """Marks what is shown of a run that is over as such, once the scenario has been edited since."""
 
-from mrs_simulator.rqt_plugin.run.run_judge import ENOUGH
-
 REMARK = "last run, before your edits"
 
 
@@ -36,7 +34,7 @@ class PastRun:
             return True
         stage, ran = study.connection.newest("stage"), history.scenario or study.scenario
         paused = stage is not None and stage.paused
-        return paused and history.time[-1] - history.begun >= ran.duration - ENOUGH
+        return paused and history.lasts(ran.duration)
 
 
 def _is_same(before, after):

@@ -63,7 +63,7 @@ class Replay:
         if robot in self._history.numbers:
             self._panels.map.robot_clicked.emit(robot)
         if moment is not None and self.cursor.span is not None:
-            self.cursor.go(self._history.time[self._history.first_row()] + moment)
+            self.cursor.go(self._history.begin + moment)
 
     def _decided(self, check):
         """Return the time [s] since the run began and the robot on which ``check`` hung.
@@ -72,7 +72,7 @@ class Replay:
         """
         collisions = self._history.collisions
         if check["name"] == "collisions" and collisions:
-            begun = self._history.time[self._history.first_row()]
+            begun = self._history.begin
             return collisions[0].time - begun, int(re.sub(r"\D", "", collisions[0].first) or 0)
         named = re.search(r"\brobot(\d+)", check.get("member") or check["note"] or "")
         moment = check.get("time")

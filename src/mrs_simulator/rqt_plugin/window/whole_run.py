@@ -3,6 +3,7 @@
 import time
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
+from mrs_simulator.rqt_plugin.run.history import ROUNDING
 from mrs_simulator.rqt_plugin.run.study_run import WHOLE
 from mrs_simulator.rqt_plugin.run.study_state import START_LIMIT
 
@@ -14,9 +15,9 @@ STARTING = {
     "controller's end": "controller of the run before",
     "set_team": "simulation",
     "simulation": "simulation",
+    "pause_after": "simulation",
     "controller": "controller",
 }
-ENOUGH = 1e-6  # [s] that a run's end may lack
 
 
 class WholeRun:
@@ -71,9 +72,15 @@ class WholeRun:
             self._wait_for(after if success else "")
         elif name == self._waits == "set_team":
             self._wait_for("simulation" if success else "")
+        elif name == self._waits == "pause_after":
+            said = self._study.do("control")
+            self._say(said)
+            self._wait_for("" if isinstance(said, ErrorMessage) else "controller")
 
     def give_up(self):
         """Let what runs go on, without an end and a verdict of itself."""
+        if self._waits in ("controller", "end"):
+            self._study.connection.pause_after(0)
         self._waits = ""
 
     def _wait_for(self, what):
@@ -93,9 +100,8 @@ class WholeRun:
             self._wait_for("set_team")
             self._say(self._team.send_now())
         elif self._waits == "simulation" and not self._study.state.no_start():
-            said = self._study.do("control")
-            self._say(said)
-            self._wait_for("" if isinstance(said, ErrorMessage) else "controller")
+            self._study.stage.end_after(self._study.scenario.duration)
+            self._wait_for("pause_after")
         elif self._waits == "simulation" and self._study.stage.is_gone():
             self._waits = ""  # it was refused: messages say why
         elif time.monotonic() - self._since > START_LIMIT:
@@ -129,7 +135,9 @@ class WholeRun:
         begun = self._begun(snapshot)
         if begun is None or snapshot is None:
             return
-        if snapshot.time - begun >= ran.duration - ENOUGH:
+        # What a program records it has itself; else the run is what is in the history.
+        now = history.time[-1] if history.recorded is None else snapshot.time
+        if now - begun >= ran.duration - ROUNDING:
             self._waits = ""
             if history.recorded is None:
                 history.begun = begun  # the controller has commanded the robots to stand

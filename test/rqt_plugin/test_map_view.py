@@ -41,6 +41,7 @@ from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.scenario.surroundings.moving_obstacles import CLOCK_START, Track
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.scenario.team.robots import FARTHEST
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import World
 
@@ -195,6 +196,13 @@ def test_fit_brings_team_targets_and_trails_into_view(view, how):
         view.fit()
     for points in (POSES[:, :2], far[:, :2], np.array([[0.0, 40.0]])):
         assert everything_in_view(view, points)
+
+
+def test_a_team_that_was_driven_apart_is_in_view(view):
+    apart = POSES * [FARTHEST / 4.0, FARTHEST / 4.0, 1.0]
+    view.show_snapshot(snapshot(0.0, apart))
+    view.fit(whole=True)
+    assert everything_in_view(view, apart[:, :2])
 
 
 def test_an_untouched_view_follows_the_team_and_a_chosen_one_stays(view):
@@ -680,18 +688,24 @@ def test_the_ground_is_painted_once_until_the_view_or_what_lies_there_changes(vi
         assert len(painted) == before + 1
 
 
-@pytest.mark.parametrize("n", [3, 150])
-def test_trails_continued_bit_by_bit_are_those_painted_at_once(view, n):
+@pytest.mark.parametrize("n, samples", [(3, 1), (150, 1), (3, 29)])
+def test_trails_continued_bit_by_bit_are_those_painted_at_once(view, n, samples):
+    """In a fast run robots pass many ``samples`` from one picture to the next."""
     start = team(n)
     view.show_team(start + [0.0, 2.0, 0.0])
     view.show_team(start)
     # There are no robots, targets or edges over the trails.
     for layer in ("numbers", "targets", "edges"):
         view.set_shown(layer, False)
+    history = History()
     for count in range(60):
         wave = [0.03 * count, 0.5 * np.sin(0.1 * count), 0.0]
-        view.show_snapshot(snapshot(float(count), start + wave))
-        view.grab()
+        newest = snapshot(float(count), start + wave)
+        history.append(newest)
+        if count % samples == 0:
+            rows = slice(max(0, count + 1 - samples), count)
+            view.show_snapshot(newest, history.kept(rows).state if count else None)
+            view.grab()
     bits = drawn(view)
     view.set_shown("trails", False)
     none = drawn(view)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrs_simulator.rqt_plugin.qt.QtCore import QRectF
 
-SCALES = (0.01, 5000.0)  # [px/m], least and most
+SCALES = (1e-4, 5000.0)  # [px/m], least, which shows a team that is driven apart, and most
 LEAST_EXTENT = 3.0  # [m], of what a fitted view shows
 MARGIN = 0.08  # around a fitted view, as a share of its larger side
 

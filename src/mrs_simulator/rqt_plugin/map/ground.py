@@ -53,7 +53,7 @@ class Ground:
             if anew and trails is not None:
                 self._trails.begin(brush, style, frame, trails, now, numbers, hidden)
             elif trails is not None and now is not None:
-                self._trails.go_on(brush, style, frame, now)
+                self._trails.go_on(brush, style, frame, trails, now)
             self._key = key
         finally:
             brush.end()
@@ -88,7 +88,7 @@ class TrailPainter:
         self._pens = self._pens_of(style)
         ends = trails.last() if now is None else np.where(np.isfinite(now), now, trails.last())
         self._tips, self._lengths = frame.to_screen(ends), np.zeros(len(numbers))
-        self._starts = trails.first()
+        self._starts, self._held = trails.first(), trails.count.copy()
         painter.setRenderHint(QPainter.Antialiasing, not self._many)
         painter.setBrush(Qt.NoBrush)
         for row, line in zip(rows, _lines(trails, rows, ends, frame)):
@@ -128,8 +128,8 @@ class TrailPainter:
             pen.setDashPattern(DASHES[self._dashes[row]])
         return pen
 
-    def go_on(self, painter, style, frame, now):
-        """Continue the trails to where the robots are ``now`` (n, 2), if that is to be seen."""
+    def go_on(self, painter, style, frame, trails, now):
+        """Continue the ``trails`` to where the robots are ``now`` (n, 2), if that is to be seen."""
         screen = frame.to_screen(now)
         steps = np.hypot(*(screen - self._tips).T)
         with np.errstate(invalid="ignore"):
@@ -138,19 +138,27 @@ class TrailPainter:
             return
         inside = frame.sees(self._tips[rows]) | frame.sees(screen[rows])
         lines = np.hstack([self._tips[rows], screen[rows]])
+        # In a fast run robots have passed several points since.
+        more = trails.count[rows] > self._held[rows] + 1
         painter.setRenderHint(QPainter.Antialiasing, not self._many)
-        for row, line in zip(rows[inside].tolist(), lines[inside].tolist()):
+        for row, line, bends in zip(*(each[inside].tolist() for each in (rows, lines, more))):
             pen = self._pen(row)
             if self._is_dashed():
                 pen.setDashOffset(self._lengths[row] / pen.widthF() % sum(pen.dashPattern()))
             painter.setPen(pen)
-            painter.drawLine(QLineF(*line))
+            if bends:
+                passed = frame.to_screen(trails.path(row)[self._held[row] :])
+                whole = np.vstack([line[:2], passed, line[2:]])
+                painter.drawPolyline(polygon(whole))
+                steps[row] = np.hypot(*np.diff(whole, axis=0).T).sum()
+            else:
+                painter.drawLine(QLineF(*line))
         painter.setRenderHint(QPainter.Antialiasing, True)
         # A start is on top of its own trail.
         near = rows[np.hypot(*(frame.to_screen(self._starts[rows]) - self._tips[rows]).T) < 9.0]
         draw_starts(painter, style, frame, self._starts[near], self._starts)
         self._lengths[rows] += steps[rows]
-        self._tips[rows] = screen[rows]
+        self._tips[rows], self._held[rows] = screen[rows], trails.count[rows]
 
 
 def _lines(trails, rows, ends, frame):

@@ -87,6 +87,12 @@ def test_no_time_where_there_is_none():
     assert state().lines()["time"] == (None, "")
     assert state(snapshot=snapshot()).lines()["time"] == (None, "t = 2.5 s")
     fast = SimpleNamespace(**dict(vars(STAGE), speed=2.0, real_time_factor=2.0))
+    assert (
+        state(snapshot=snapshot(), stage=fast).lines()["time"][1]
+        == "t = 2.5 s, 2.0 \u00d7 real time"
+    )
+    paused = SimpleNamespace(**dict(vars(fast), paused=True))
+    assert state(snapshot=snapshot(), stage=paused).lines()["time"] == (True, "t = 2.5 s")
     good, text = state(snapshot=snapshot(real=[1]), stage=fast).lines()["time"]
     assert good is False and "real robots run at 1" in text
 

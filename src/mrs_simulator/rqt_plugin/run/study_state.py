@@ -137,7 +137,8 @@ class StudyState:
         text = "t = {:.1f} s".format(snapshot.time)
         if not alive:
             return None, text
-        text += ", {:.1f} \u00d7 real time".format(stage.real_time_factor)
+        if not stage.paused:  # its speed is that of before
+            text += ", {:.1f} \u00d7 real time".format(stage.real_time_factor)
         if snapshot.numbers_with(REAL) and stage.speed != 1.0:
             return False, text + ", but real robots run at 1 \u00d7"
         return True, text

@@ -17,7 +17,7 @@ debian_packages=(
   python3-trajectory-msgs python3-visualization-msgs
   python3-dynamic-reconfigure python3-python-qt-binding python3-pyqt5
 )
-debian_dev_packages=(catkin-lint iproute2)
+debian_dev_packages=(catkin-lint iproute2 xauth xvfb)
 # From Debian 13 on: without python_qt_binding, whose place PyQt5 takes; with what sets ROS_PACKAGE_PATH, and
 # the headers to build pybullet with.
 trixie_without=python3-python-qt-binding
@@ -28,7 +28,7 @@ noetic_packages=(
   ros-noetic-ros-base ros-noetic-dynamic-reconfigure ros-noetic-python-qt-binding
   ros-noetic-trajectory-msgs ros-noetic-visualization-msgs ros-noetic-tf2-msgs ros-noetic-tf2-ros
 )
-noetic_dev_packages=(python3-catkin-lint iproute2)
+noetic_dev_packages=(python3-catkin-lint iproute2 xauth xvfb)
 
 room=650 dev_room=900 # [MB] that .venv and build take, with some to spare
 

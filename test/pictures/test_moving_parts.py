@@ -8,8 +8,10 @@ from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.instances import instances
 from mrs_simulator.pictures.moving_parts import Odometer, frames, parted, rolled_angle, spin_angle
 from mrs_simulator.pictures.palette import LIGHT
-from mrs_simulator.pictures.scene import Scene, _corners
+from mrs_simulator.pictures.scene import Scene, _corners, drawn
+from mrs_simulator.pictures.solids import kind_model
 from mrs_simulator.pictures.trails import MOST_FAR, MOST_NEAR, shown_trails
+from mrs_simulator.pictures.turning import posed
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.state.state_table import StateTable
@@ -148,3 +150,50 @@ def test_trails_are_thinned_to_what_is_seen_and_end_where_they_did():
     assert (shown_trails(longer, view)[0][: len(found[0]) - 1] == found[0][:-1]).all()
     few = team._replace(trails=team.trails[:2], kinds=team.kinds[:2])
     assert [len(each) for each in shown_trails(few, view)] == [3000, 3000]
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_painted_parts_turn_as_those_of_the_graphics_card(name):
+    joints = np.array([[0.4], [-0.3]]) if name == "f1tenth" else None
+    spatial = upright(np.zeros(2), np.ones(2)) if kind(name).module.MEDIUM == "air" else None
+    rolled = np.array([(0.07, 0.02, 0.3), (0.0, 0.0, 0.0)])
+    motion = scene([(0, 0, 0)] * 2, name, spatial, joints, rolled=rolled).motion
+    model, moving = posed(kind(name), motion), parted(kind(name))[1]
+    if not moving:
+        assert model is kind_model(kind(name))
+        return
+    level = np.zeros((2, 3)), np.array([np.eye(3)] * 2)
+    first = 0
+    for part in moving:
+        place, turn = motion.frames(part, *level)
+        count = model.begins[0] // len(moving)
+        marks = model.vertices[:, first : first + count]
+        own = (marks - place[:, np.newaxis]) @ turn  # into the part's frame, where they rest
+        assert np.allclose(own[0], own[1]) and np.hypot(*own[0, :, :2].T).max() < 1.01 * part.radius
+        first += count
+    # Each face's plane is still that of its corners.
+    normals = np.broadcast_to(model.normals, (2, len(model.counts), 3))
+    offsets = np.broadcast_to(model.offsets, normals.shape[:2])
+    face = np.repeat(np.arange(len(model.counts)), model.counts)
+    along = np.einsum("mcd,mcd->mc", normals[:, face], model.vertices[:, model.corners])
+    assert np.allclose(along, offsets[:, face])
+
+
+def test_a_painted_picture_shows_wheels_roll_and_rotors_spin():
+    camera = Camera(distance=1.5)
+    for name, spatial in (("pioneer3dx", None), ("crazyflie2", upright(np.zeros(1), np.ones(1)))):
+        still = scene([(0, 0, 0)], name, spatial)
+        moved = still._replace(
+            rolled=np.array([(0.03, 0.0, 0.0)]), state=still.state.replace(time=0.32)
+        )
+        if spatial is not None:
+            camera = Camera((0.0, 0.0, 1.0), 0.4)
+        first, then = (
+            max(
+                drawn(each, camera, 300, 200).layers,
+                key=lambda layer: len(getattr(layer, "counts", ())),
+            )
+            for each in (still, moved)
+        )
+        apart = np.hypot(*(first.points - then.points).T) > 0.5
+        assert 0.02 < apart.mean() < 0.6 and (first.counts == then.counts).all()

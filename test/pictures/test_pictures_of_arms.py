@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mrs_simulator.core.spatial import about_z
 from mrs_simulator.pictures.arms import (
     arm_models,
     arm_outlines,
@@ -13,7 +14,6 @@ from mrs_simulator.pictures.arms import (
 )
 from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.drawing import Polygons
-from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.scenario.team.load import Load
 from mrs_simulator.state.columns import LoadState

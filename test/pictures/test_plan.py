@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.spatial import upright
+from mrs_simulator.core.spatial import about_z, upright
 from mrs_simulator.pictures.plan import bodies, kind_plan, obstacle_bodies
-from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder

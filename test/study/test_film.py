@@ -145,3 +145,9 @@ def test_curves_beside_the_team_grow_with_the_run(n, z):
     stage.figure.canvas.draw()
     shown = np.array(stage.figure.canvas.buffer_rgba())
     np.testing.assert_array_equal(shown, pictures[2])
+
+
+def test_the_wheels_of_a_film_turn_as_far_as_the_robots_went():
+    film = Film(make_run())
+    first, last = film.scene(0).rolled, film.scene(-1).rolled
+    assert not first.any() and last[:, 0] == pytest.approx(5.8)

@@ -75,3 +75,22 @@ def headings(orientation):
     """Return the headings (...) [rad] of unit quaternions (..., 4), whatever their roll and pitch."""
     x, y, z, w = np.moveaxis(np.asarray(orientation, dtype=float), -1, 0)
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def about_z(theta):
+    """Return the rotation matrices (n, 3, 3) of turns by ``theta`` (n,) [rad] about the vertical."""
+    cos, sin = cos_sin(np.asarray(theta, dtype=float))
+    zero, one = np.zeros(len(cos)), np.ones(len(cos))
+    rows = (cos, -sin, zero), (sin, cos, zero), (zero, zero, one)
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def rotations(orientation):
+    """Return the rotation matrices (n, 3, 3) of unit quaternions (n, 4)."""
+    x, y, z, w = np.asarray(orientation, dtype=float).T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)

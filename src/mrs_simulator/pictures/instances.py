@@ -5,20 +5,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.spatial import rotated
+from mrs_simulator.core.spatial import about_z, rotated, rotations
 from mrs_simulator.pictures.arms import load_tile, scene_arms
-from mrs_simulator.pictures.moving_parts import frames as moved_frames
-from mrs_simulator.pictures.moving_parts import parted, rolled_angle, spin_angle
-from mrs_simulator.pictures.robots import about_z, rotations
+from mrs_simulator.pictures.moving_parts import SWEPT, parted
 from mrs_simulator.pictures.scene import GHOST_SHOWN
 from mrs_simulator.pictures.solids import kind_model, model_of
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
-from mrs_simulator.state.columns import JOINTS
 from mrs_simulator.vehicles.shape import FORMS, Part
 
 NOSE = -1.0  # as a share of the robot's own colour: the arrow, dark or light, whichever is seen
 ABOVE = 0.002  # [m] of the arrow over the part that it lies on
-SWEPT = 0.3  # [-] opacity of the disc that a rotor sweeps
 
 
 class Instances(NamedTuple):
@@ -75,16 +71,9 @@ def _robots(scene, kind, rows, place, turn, shades):
     """Yield the bodies, wheels and rotors of the robots in ``rows``, all of one ``kind``."""
     body, moving = parted(kind)
     yield Instances(body, place, turn, shades, True)
-    rolled = np.zeros((len(rows), 3)) if scene.rolled is None else scene.rolled[rows]
-    steering = None
-    if scene.state.has(JOINTS) and any(part.is_steered for part in moving):
-        steering = scene.state.joints.reshape(len(scene.kinds), -1)[rows, 0]
+    motion = scene.motion.of(rows)
     for part in moving:
-        if part.is_rotor:
-            angle = spin_angle(place, part, scene.state.time or 0.0)
-        else:
-            angle = rolled_angle(part, rolled)
-        where = moved_frames(part, place, turn, angle, steering)
+        where = motion.frames(part, place, turn)
         yield Instances(part.models[0], *where, shades)
         for disc in part.models[1:]:
             yield Instances(disc, *where, shades, opacity=SWEPT)

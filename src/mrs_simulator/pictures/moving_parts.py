@@ -1,4 +1,4 @@
-"""Wheels that roll and rotors that spin, drawn apart from the bodies that have them."""
+"""Wheels that roll and steer and rotors that spin, apart from the bodies that have them."""
 
 import functools
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin, wrap_angle
-from mrs_simulator.pictures.robots import about_z
+from mrs_simulator.core.spatial import about_z
 from mrs_simulator.pictures.solids import kind_parts, model_of
 from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.shape import Part
@@ -19,6 +19,10 @@ SPIN = 25.0
 ALOFT = 0.02  # [m] over the ground, from which on rotors turn
 HUB, SPOKE = (0.62, 0.62, 0.62, 1.0), (0.2, 0.2, 0.2, 1.0)
 BLADE = (0.12, 0.12, 0.12, 1.0)
+SWEPT = 0.3  # [-] opacity of the disc that a rotor sweeps
+# Of its radius: a wheel's hub, and length and width of its spokes; the same of a rotor and its blades.
+HUB_REACH, SPOKES = 0.65, (1.25, 0.2)
+CAP_REACH, BLADES = 0.16, (1.96, 0.18)
 
 
 class MovingPart(NamedTuple):
@@ -35,8 +39,9 @@ class MovingPart(NamedTuple):
 def parted(kind):
     """Return the ``Model`` of what does not move of a ``Kind``, and its ``MovingPart``s, a tuple."""
     parts, medium = kind_parts(kind), kind.module.MEDIUM
-    moving = [part for part in parts if _is_wheel(part, medium) or _is_rotor(part, medium)]
-    rest = [part for part in parts if part not in moving]
+    places = moving_places(kind)
+    moving = [parts[place] for place in places]
+    rest = [part for place, part in enumerate(parts) if place not in places]
     if not rest:
         return model_of(parts), ()
     steers = getattr(kind.module, "JOINTS", False)
@@ -45,6 +50,13 @@ def parted(kind):
     return model_of(rest), tuple(
         _moving(part, medium, steers and part.place[0] > ahead) for part in moving
     )
+
+
+def moving_places(kind):
+    """Return which of the parts of a ``Kind`` move, a list."""
+    medium = kind.module.MEDIUM
+    is_one = _is_rotor if medium == "air" else _is_wheel
+    return [place for place, part in enumerate(kind_parts(kind)) if is_one(part, medium)]
 
 
 def _axis(part):
@@ -73,11 +85,12 @@ def _moving(part, medium, is_steered):
 @functools.lru_cache(maxsize=64)
 def _wheel(radius, width, colour):
     """Return the model of a wheel whose hub has spokes, by which one sees it turn, a tuple."""
+    long, thin = (share * radius for share in SPOKES)
     parts = [
         Part("cylinder", (radius, width), colour=colour),
-        Part("cylinder", (0.65 * radius, 1.02 * width), colour=HUB),
-        Part("box", (1.25 * radius, 0.2 * radius, 1.05 * width), colour=SPOKE),
-        Part("box", (0.2 * radius, 1.25 * radius, 1.05 * width), colour=SPOKE),
+        Part("cylinder", (HUB_REACH * radius, 1.02 * width), colour=HUB),
+        Part("box", (long, thin, 1.05 * width), colour=SPOKE),
+        Part("box", (thin, long, 1.05 * width), colour=SPOKE),
     ]
     return (_plain(parts),)
 
@@ -87,8 +100,8 @@ def _rotor(radius, height, _):
     """Return the models of a rotor's blades and of the disc that they sweep, in the robot's colour."""
     thin = 0.3 * height
     blades = [
-        Part("box", (1.96 * radius, 0.18 * radius, height), colour=BLADE),
-        Part("cylinder", (0.16 * radius, 1.5 * height), colour=BLADE),
+        Part("box", (*(share * radius for share in BLADES), height), colour=BLADE),
+        Part("cylinder", (CAP_REACH * radius, 1.5 * height), colour=BLADE),
     ]
     return _plain(blades), model_of([Part("cylinder", (radius, thin))])
 
@@ -130,6 +143,28 @@ def spin_angle(place, part, time):
     """
     way = np.sign(part.place[0, 3] * part.place[1, 3]) or 1.0
     return np.where(place[:, 2] > ALOFT, way * SPIN * time % (2.0 * np.pi), 0.0)
+
+
+class Motion(NamedTuple):
+    """What the moving parts of n robots follow."""
+
+    place: Any  # (n, 3) [m]
+    rolled: Any  # (n, 3) [m, m, rad] gone along and across their headings, and turned
+    steering: Any  # (n,) [rad] of wheels that steer, None where it is unknown
+    time: float  # [s]
+
+    def of(self, rows):
+        """Return the ``Motion`` of the robots in ``rows``."""
+        steering = None if self.steering is None else self.steering[rows]
+        return Motion(self.place[rows], self.rolled[rows], steering, self.time)
+
+    def frames(self, part, place, turn):
+        """Return the frames of a ``MovingPart`` of robots at ``place``, turned by ``turn``."""
+        if part.is_rotor:
+            angle = spin_angle(self.place, part, self.time)
+        else:
+            angle = rolled_angle(part, self.rolled)
+        return frames(part, place, turn, angle, self.steering)
 
 
 class Odometer:

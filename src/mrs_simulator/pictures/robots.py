@@ -4,14 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.core.spatial import rotated
+from mrs_simulator.core.spatial import about_z, rotated, rotations
 from mrs_simulator.pictures.arms import ABOVE as OVER
 from mrs_simulator.pictures.arms import load_tile
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Polygons, ranges, taken, with_opacity
+from mrs_simulator.pictures.moving_parts import parted
 from mrs_simulator.pictures.signs import MANY_ROBOTS, circle, dots
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, reaches
+from mrs_simulator.pictures.turning import posed
 
 AMBIENT = 0.52  # [-] of light that comes from everywhere
 DARKEST = 0.1  # [-] brightness of what is black: its faces would not differ
@@ -79,25 +80,6 @@ def seen_robots(view, kinds, pose, place, turn, shades):
     )
 
 
-def about_z(theta):
-    """Return the rotation matrices (n, 3, 3) of turns by ``theta`` (n,) [rad] about the vertical."""
-    cos, sin = cos_sin(np.asarray(theta, dtype=float))
-    zero, one = np.zeros(len(cos)), np.ones(len(cos))
-    rows = (cos, -sin, zero), (sin, cos, zero), (zero, zero, one)
-    return np.moveaxis(np.array(rows), -1, 0)
-
-
-def rotations(orientation):
-    """Return the rotation matrices (n, 3, 3) of unit quaternions (n, 4)."""
-    x, y, z, w = np.asarray(orientation, dtype=float).T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    return np.moveaxis(np.array(rows), -1, 0)
-
-
 def shadows(view, robots, above=()):
     """Return the ground that the robots stand on or are above, as seen from straight above.
 
@@ -160,10 +142,11 @@ def numbers(view, robots, names):
     return view.texts(places, tuple(str(names[row]) for row in rows))
 
 
-def things(view, robots, obstacles, arms=(), load=None):
+def things(view, robots, obstacles, arms=(), load=None, motion=None):
     """Return the faces of robots and obstacles that face the camera, the farthest thing's first.
 
-    ``arms``: ``pictures.arms.Placed``s of the robots; ``load``: a ``Load`` and its ``LoadState``, or None.
+    ``arms``: ``pictures.arms.Placed``s of the robots; ``load``: a ``Load`` and its ``LoadState``, or None;
+    ``motion``: the robots' ``Motion``, None where nothing turns.
     """
     large = robots.inside & (robots.size >= COARSE)
     small = robots.inside & (robots.size >= LEAST_SEEN) & ~large
@@ -171,7 +154,9 @@ def things(view, robots, obstacles, arms=(), load=None):
     for coarse, chosen in ((False, large), (True, small)):
         for kind, rows in robots.rows_of_kinds(chosen):
             where = robots.place[rows], robots.turn[rows], robots.shades[rows], robots.away[rows]
-            found.append(_faces(view, kind_model(kind, coarse), *where, not coarse))
+            is_still = coarse or motion is None
+            model = kind_model(kind, coarse) if is_still else posed(kind, motion.of(rows))
+            found.append(_faces(view, model, *where, not coarse))
             found.append(_noses(view, kind, *where))
     for each in arms:
         found += _arm_faces(view, robots, each)
@@ -233,11 +218,14 @@ def _tiles(view, obstacle):
 
 
 def _faces(view, model, place, turn, shades, away, rimmed=True):
-    """Return the faces of m things of one ``model`` that face the camera, as ``_Faces``."""
-    world = place[:, np.newaxis] + np.einsum("vd,med->mve", model.vertices, turn)
+    """Return the faces of m things of one ``model`` that face the camera, as ``_Faces``.
+
+    Vertices, normals and offsets of the ``model`` may be (m, ...), those of each thing.
+    """
+    world = place[:, np.newaxis] + model.vertices @ turn.swapaxes(1, 2)
     screen = view.screen(view.seen(world))
     eye = np.einsum("mdi,md->mi", turn, view.eye - place)
-    facing = eye @ model.normals.T > model.offsets
+    facing = (model.normals @ eye[:, :, np.newaxis])[..., 0] > model.offsets
     last = model.pairs.ranks(eye, screen, model.begins)[:, model.part]
     order = np.argsort(np.where(facing, last, np.inf), axis=1, kind="stable")
     things, places = np.nonzero(np.take_along_axis(facing, order, axis=1))
@@ -248,18 +236,19 @@ def _faces(view, model, place, turn, shades, away, rimmed=True):
     points = screen[np.repeat(things, counts), corners]
     own = model.own[faces][:, np.newaxis]
     colours = own * shades[things] + (1.0 - own) * model.colours[faces]
-    lit = np.einsum("mdi,d->mi", turn, view.light) @ model.normals.T
+    lit = (model.normals @ (view.light @ turn)[:, :, np.newaxis])[..., 0]
     bright = (AMBIENT + (1.0 - AMBIENT) * np.maximum(lit, 0.0))[things, faces]
     colours = (DARKEST + (1.0 - DARKEST) * colours) * bright[:, np.newaxis]
     # Seams between faces of one colour are painted over; edges of the thing are drawn.
     rims = colours * np.where(model.crisp[faces], RIM, 1.0)[:, np.newaxis]
-    opaque = with_opacity(colours, 1.0), with_opacity(rims, 1.0 if rimmed else 0.0)
-    return _Faces(points, counts, *opaque, away[things])
+    opacity = model.opacity[faces]
+    rims = with_opacity(rims, rimmed * (opacity == 1.0))
+    return _Faces(points, counts, with_opacity(colours, opacity), rims, away[things])
 
 
 def _noses(view, kind, place, turn, shades, away):
     """Return the arrow on top of each robot that shows its heading."""
-    nose = kind_model(kind).nose
+    nose = parted(kind)[0].nose
     world = place[:, np.newaxis] + np.einsum("vd,med->mve", nose, turn)
     above = np.einsum("md,md->m", turn[:, :, 2], view.eye - world[:, 0]) > 0.0
     points = view.screen(view.seen(world[above])).reshape(-1, 2)

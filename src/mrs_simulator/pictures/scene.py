@@ -5,15 +5,17 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.spatial import about_z, rotations
 from mrs_simulator.pictures import ground, robots, signs
 from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, scene_arms
 from mrs_simulator.pictures.camera import NEAR, clipped_segments
 from mrs_simulator.pictures.drawing import Drawing, Paths, with_opacity
+from mrs_simulator.pictures.moving_parts import Motion
 from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, reaches
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
-from mrs_simulator.state.columns import LOAD, ORIENTATION
+from mrs_simulator.state.columns import JOINTS, LOAD, ORIENTATION
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
@@ -52,7 +54,7 @@ class Beams(NamedTuple):
 def ghosts_at(kinds, pose, heights, shades, paths=(), path_shades=()):
     """Return the ``Ghosts`` of upright robots at ``pose`` (m, 3) and ``heights`` (m,) [m]."""
     place = np.column_stack([pose[:, :2], heights])
-    turn = robots.about_z(pose[:, 2])
+    turn = about_z(pose[:, 2])
     return Ghosts(tuple(kinds), place, turn, np.asarray(shades), tuple(paths), path_shades)
 
 
@@ -87,8 +89,16 @@ class Scene(NamedTuple):
     def turn(self):
         """Return the robots' rotation matrices (n, 3, 3), from their frames into the common frame."""
         if self.state.has(ORIENTATION):
-            return robots.rotations(self.state.orientation)
-        return robots.about_z(self.state.pose[:, 2])
+            return rotations(self.state.orientation)
+        return about_z(self.state.pose[:, 2])
+
+    @property
+    def motion(self):
+        """Return the ``Motion`` of the robots, which their wheels and rotors follow."""
+        n, has_joints = len(self.kinds), self.state.has(JOINTS)
+        rolled = np.zeros((n, 3)) if self.rolled is None else self.rolled
+        steering = self.state.joints.reshape(n, -1)[:, 0] if n and has_joints else None
+        return Motion(self.place, rolled, steering, self.state.time or 0.0)
 
     @property
     def carried(self):
@@ -134,7 +144,7 @@ def _corners(obstacles):
     points = [np.empty((0, 3))]
     for obstacle in obstacles:
         for model, (x, y, yaw) in obstacle_models(obstacle, (*LIGHT.obstacle, 1.0)):
-            points.append(model.vertices @ robots.about_z([yaw])[0].T + (x, y, 0.0))
+            points.append(model.vertices @ about_z([yaw])[0].T + (x, y, 0.0))
     return np.concatenate(points)
 
 
@@ -209,6 +219,7 @@ def drawn(scene, camera, width, height, palette=LIGHT):
             [each for each in scene.obstacles if not is_flat(each)],
             arms,
             scene.carried,
+            scene.motion,
         ),
         ground.unit(view),
         robots.numbers(view, team, scene.state.robots) if scene.numbered else None,

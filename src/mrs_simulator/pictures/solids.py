@@ -53,6 +53,7 @@ class Model(NamedTuple):
     crisp: Any  # (f,) bool
     colours: Any  # (f, 3) red, green, blue in 0..1
     own: Any  # (f,) share of the robot's own colour in 0..1
+    opacity: Any  # (f,) in 0..1
     pairs: Any  # ``Pairs``
     reach: float  # [m] of the farthest vertex from the place
     nose: Any  # (3, 3) [m] an arrow ahead on the highest part in the robot's own colour
@@ -246,6 +247,7 @@ def model_of(parts):
         crisp=np.concatenate([solid.crisp for solid in solids]),
         colours=np.array([parts[k].colour[:3] for k in part]),
         own=shares[part],
+        opacity=np.ones(len(faces)),
         pairs=_pairs(vertices, begins, normals, offsets, part, len(solids)),
         reach=float(np.sqrt(np.square(vertices).sum(axis=1).max())),
         nose=arrow_on([solid for solid, own in zip(solids, shares) if own > 0.0]),

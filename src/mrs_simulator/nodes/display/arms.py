@@ -6,9 +6,9 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
+from mrs_simulator.core.spatial import rotations
 from mrs_simulator.nodes.display.solids import model_of, solids, turn_of
 from mrs_simulator.pictures.arms import DARK, WOOD, arm_parts, placed_arms
-from mrs_simulator.pictures.robots import rotations
 from mrs_simulator.ros.message_forms.messages import load_pose
 
 MOST_OF_ARM = 64  # [-] markers of one arm

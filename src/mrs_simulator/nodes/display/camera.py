@@ -11,6 +11,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from mrs_simulator.pictures.camera import Camera as Pinhole
+from mrs_simulator.pictures.moving_parts import Odometer
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.ros.message_forms.messages import Camera, TeamState, read_camera_view, read_state
 from mrs_simulator.ros.node.arguments import parse
@@ -45,6 +46,7 @@ class CameraNode:
         ]
 
         self._shown, self._rates = 0, Rates()
+        self._odometer = Odometer()
         self._diagnostics = Diagnostics(self._health)
 
     def _health(self):
@@ -91,6 +93,7 @@ class CameraNode:
             shades=robot_colours(range(1, team.n + 1))[:, :3],
             obstacles=obstacles_at(obstacles, scene_time(seen.time)),
             load=load,
+            rolled=self._odometer.at(seen.robots, seen.pose),
         )
         look, width, height = self._wanted, *SIZE
         if look is not None:

@@ -5,6 +5,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mrs_simulator.pictures.camera import Camera
+from mrs_simulator.pictures.moving_parts import Odometer
 from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -39,6 +40,8 @@ class Film:
         self._edges = [(i - 1, j - 1, w) for i, j, w in topology.edges] if topology else []
         self._directed = topology.directed if topology else True
         self._places = np.dstack([run.pose[..., :2], run.heights])
+        odometer = Odometer()
+        self._rolled = [odometer.at(tuple(run.robots), pose) for pose in run.pose]
 
     def scene(self, row):
         """Return the ``Scene`` of sample ``row``, with trails from the first one on."""
@@ -54,6 +57,7 @@ class Film:
             directed=self._directed,
             obstacles=self._obstacles(float(run.time[row])),
             load=None if run.scenario is None else run.scenario.load,
+            rolled=self._rolled[row],
         )
 
     def _obstacles(self, time):

@@ -363,11 +363,13 @@ def test_ghosts_are_faint_robots_with_ways_that_end_in_rings():
         drawn(each, ABOVE, WIDTH, HEIGHT) for each in (team, team._replace(ghosts=(ghosts,)))
     )
     assert len(picture.layers) == len(plain.layers) + 3  # the way, the ring, the robot
-    (path,) = layers(picture, Paths)
+    path, ring = layers(picture, Paths)
     assert path.colours[0, :3].tolist() == list(BLUE) and 0.2 < path.colours[0, 3] < 0.7
-    (ring,) = [each for each in layers(picture, Lines) if len(each.segments) == 12]
+    assert ring.counts.tolist() == [len(ring.points)] and np.allclose(
+        ring.points[0], ring.points[-1]
+    )
     scale = View(ABOVE, WIDTH, HEIGHT, LIGHT).scale / ABOVE.distance
-    middle = ring.segments[:, 0].mean(axis=0) - (0.5 * WIDTH, 0.5 * HEIGHT)
+    middle = ring.points[:-1].mean(axis=0) - (0.5 * WIDTH, 0.5 * HEIGHT)
     assert np.allclose(middle / scale, (1.0, -1.0), atol=0.1)
     assert GHOST_SHOWN in [each.colours[:, 3].max() for each in layers(picture, Polygons)]
     lost = ghosts._replace(place=np.full((1, 3), np.nan), paths=(), path_shades=())

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.pictures.drawing import Lines, Polygons, with_opacity
+from mrs_simulator.pictures.drawing import Lines, Paths, Polygons, with_opacity
 from mrs_simulator.pictures.palette import START
 
 SOME_ROBOTS = 30  # [-] beyond, signs and numbers are smaller
@@ -43,12 +43,16 @@ def starts(places, count, unit=1.0):
     return dots(places, colours, by_count(count, 3.0, 2.2, 1.5) * unit)
 
 
-def rings(places, colours, count):
-    """Return rings at ``places`` (m, 2) [px] in ``colours`` (m, 4), as suits ``count`` robots."""
-    rim = by_count(count, *RING_RADII) * circle()
+def rings(places, colours, count, unit=1.0):
+    """Return rings at ``places`` (m, 2) [px] in ``colours`` (m, 4).
+
+    ``count``, ``unit``: as of :func:`starts`.
+    """
+    turn = np.linspace(0.0, 2.0 * np.pi, 2 * CORNERS + 1)
+    rim = unit * by_count(count, *RING_RADII) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     corners = np.asarray(places)[:, np.newaxis] + rim
-    segments = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
-    return Lines(segments.reshape(-1, 2, 2), np.repeat(colours, CORNERS, axis=0), RING_WIDTH)
+    counts = np.full(len(corners), len(rim))
+    return Paths(corners.reshape(-1, 2), counts, np.asarray(colours), RING_WIDTH * unit)
 
 
 def crosses(places, shades, text, count, unit=1.0):

@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.map.geometry import (
     outlines,
 )
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
+from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import faded, mixed, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QBrush, QColor, QFont, QPainterPath, QPen
@@ -49,6 +50,20 @@ def draw_robots(painter, style, frame, scene, shapes, shown, sprites):
     _put_sprites(painter, style, frame, scene, shapes.of(rows), rows, half, sprites)
     if scene.carried is not None or any(kind.arm is not None for kind in shapes.distinct):
         _fill_bodies(painter, style, frame, scene, np.zeros(len(shown), dtype=bool))
+
+
+def draw_faint(painter, style, frame, scene, shapes, opacity, rows=None):
+    """Draw the robots of a ``Scene``, with their ``shapes``, seen through; ``rows``: of these alone."""
+    pose = scene.state.pose
+    with np.errstate(invalid="ignore"):
+        shown = frame.sees(frame.to_screen(pose), shapes.farthest * frame.scale)
+    shown &= np.isfinite(pose).all(axis=1)
+    if rows is not None:
+        shown &= np.isin(np.arange(len(pose)), rows)
+    painter.save()
+    painter.setOpacity(opacity)
+    draw_robots(painter, style, frame, scene, shapes, shown, Sprites())
+    painter.restore()
 
 
 def _put_sprites(painter, style, frame, scene, shapes, rows, half, sprites):

@@ -2,29 +2,27 @@
 
 import numpy as np
 
-from mrs_simulator.pictures.signs import by_count
-from mrs_simulator.rqt_plugin.map.style import faded, polygon
-from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, Qt
-from mrs_simulator.rqt_plugin.qt.QtGui import QPen
+from mrs_simulator.pictures import signs
+from mrs_simulator.pictures.drawing import Paths, with_opacity
+from mrs_simulator.pictures.scene import END_SHOWN, PATH_SHOWN
+from mrs_simulator.rqt_plugin.view.painting import draw_layer
 
-PATH, END = 0.4, 0.75  # [-] opacity of paths and of their ends
-WIDTH, RADIUS = 1.4, (5.0, 3.5, 2.0)  # [px] of a path; of a ring, in teams of some, more, many
+WIDTH = 1.4  # [px] of a path
 MOST_DRAWN = 20000  # [-] points of all paths
 
 
 def draw_forecast(painter, style, frame, paths, numbers):
     """Draw ``paths`` (k, n, 2) [m] of the robots ``numbers``; of one point alone the ring."""
-    drawn = _thinned(paths)
-    screen, radius = frame.to_screen(drawn), by_count(len(numbers), *RADIUS) * style.unit
-    painter.setBrush(Qt.NoBrush)
-    for row, number in enumerate(numbers):
-        line, shade = screen[:, row], style.shade(number)
-        if not np.isfinite(line).all():
-            continue
-        painter.setPen(QPen(faded(shade, PATH), WIDTH * style.unit))
-        painter.drawPolyline(polygon(line))
-        painter.setPen(QPen(faded(shade, END), WIDTH * style.unit))
-        painter.drawEllipse(QPointF(*line[-1].tolist()), radius, radius)
+    lines = np.moveaxis(frame.to_screen(_thinned(paths)), 1, 0)
+    known = np.isfinite(lines).all(axis=(1, 2))
+    lines, shades = lines[known], style.shades_of(np.array(numbers)[known], True)
+    if not len(lines):
+        return
+    counts, width = np.full(len(lines), lines.shape[1]), WIDTH * style.unit
+    ways = Paths(lines.reshape(-1, 2), counts, with_opacity(shades, PATH_SHOWN), width)
+    draw_layer(painter, ways)
+    ends = with_opacity(shades, END_SHOWN)
+    draw_layer(painter, signs.rings(lines[:, -1], ends, len(numbers), style.unit))
 
 
 def _thinned(paths):

@@ -4,15 +4,14 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.pictures.scene import Ghosts, Scene
-from mrs_simulator.rqt_plugin.map.drawing import draw_robots
+from mrs_simulator.pictures.scene import GHOST_SHOWN, Ghosts, Scene
+from mrs_simulator.rqt_plugin.map.drawing import draw_faint
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
-from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import faded, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QPen
 
-FAINT, TRAIL = 0.45, 0.75  # [-] opacity of robots and trails
+TRAIL = 0.75  # [-] opacity of trails
 # Of the trails of compared runs, in widths of their lines, in the order of ``figure_parts.RUN_DASHES``.
 DASHES = ((), (5.0, 2.0), (1.2, 1.5), (6.0, 1.5, 1.2, 1.5), (2.5, 1.2))
 WIDTH = 1.4  # [px]
@@ -29,17 +28,12 @@ class Ghost(NamedTuple):
 
     def draw(self, painter, style, frame, with_trails):
         """Draw trails and robots."""
-        state = self.scene.state
-        painter.save()
         if with_trails:
+            painter.save()
             painter.setOpacity(TRAIL)
             self._draw_trails(painter, style, frame)
-        painter.setOpacity(FAINT)
-        with np.errstate(invalid="ignore"):
-            seen = frame.sees(frame.to_screen(state.pose), self.shapes.farthest * frame.scale)
-        shown = seen & np.isfinite(state.pose).all(axis=1)
-        draw_robots(painter, style, frame, self.scene, self.shapes, shown, Sprites())
-        painter.restore()
+            painter.restore()
+        draw_faint(painter, style, frame, self.scene, self.shapes, GHOST_SHOWN)
 
     def in_space(self, with_trails):
         """Return the same as ``Ghosts``."""

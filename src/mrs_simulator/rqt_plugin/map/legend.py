@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from mrs_simulator.pictures import signs
-from mrs_simulator.rqt_plugin.map.forecast import END, PATH, WIDTH
+from mrs_simulator.pictures.scene import END_SHOWN, PATH_SHOWN
+from mrs_simulator.rqt_plugin.map.forecast import WIDTH
 from mrs_simulator.rqt_plugin.map.last_run import FAINT
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
@@ -101,10 +102,10 @@ def _draw_sign(painter, style, name, at):
         shade, place = style.mixed(0.8).getRgbF()[:3], np.array([[x, y]])
         draw_lines(painter, signs.crosses(place, [shade], shade, 1, unit))
     elif name == "forecast":
-        painter.setPen(QPen(style.mixed(PATH), WIDTH * unit))
+        painter.setPen(QPen(style.mixed(PATH_SHOWN), WIDTH * unit))
         painter.drawLine(QLineF(x - reach, y, x, y))
-        painter.setPen(QPen(style.mixed(END), WIDTH * unit))
-        painter.drawEllipse(QPointF(x + 0.5 * reach, y), 3.5 * unit, 3.5 * unit)
+        place, shade = np.array([[x + 0.5 * reach, y]]), style.mixed(END_SHOWN).getRgbF()
+        draw_layer(painter, signs.rings(place, [shade], 1, unit))
     elif name in ("trail", "last run"):
         painter.setPen(QPen(style.mixed(LINES[name]), 1.4 * unit, Qt.DashLine))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))

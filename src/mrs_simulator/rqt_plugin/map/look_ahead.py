@@ -4,12 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.pictures.scene import ghosts_at
-from mrs_simulator.rqt_plugin.map.drawing import draw_robots
+from mrs_simulator.pictures.scene import GHOST_SHOWN, ghosts_at
+from mrs_simulator.rqt_plugin.map.drawing import draw_faint
 from mrs_simulator.rqt_plugin.map.forecast import draw_forecast, paths_in_space
-from mrs_simulator.rqt_plugin.map.sprites import Sprites
-
-FAINT = 0.45  # [-] opacity of the robots
 
 
 class LookAhead(NamedTuple):
@@ -33,14 +30,7 @@ class LookAhead(NamedTuple):
 
         ``scene``: the ``Scene`` of the robots, with their ``shapes``.
         """
-        numbers = scene.state.robots
-        draw_forecast(painter, style, frame, self.pose[..., :2], numbers)
-        painter.save()
-        painter.setOpacity(FAINT)
-        for row, rows in ((0, list(self.moved)), (-1, range(len(numbers)))):
-            pose, shown = self.pose[row], np.zeros(len(numbers), dtype=bool)
-            shown[list(rows)] = True
-            shown &= np.isfinite(pose).all(axis=1)
-            ghosts = scene._replace(state=scene.state.replace(pose=pose))
-            draw_robots(painter, style, frame, ghosts, shapes, shown, Sprites())
-        painter.restore()
+        draw_forecast(painter, style, frame, self.pose[..., :2], scene.state.robots)
+        for row, rows in ((0, self.moved), (-1, None)):
+            ghosts = scene._replace(state=scene.state.replace(pose=self.pose[row]))
+            draw_faint(painter, style, frame, ghosts, shapes, GHOST_SHOWN, rows)

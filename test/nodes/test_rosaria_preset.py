@@ -55,11 +55,7 @@ def test_the_sensors_are_what_the_driver_tells():
     own = [{"robots": 1, "mounts": {"bumper": None, "sonar": {"turns": 1}}}]
     for sensors, names, turns in (
         ([], ["sonar", "bumper", "battery"], 8),
-        (
-            own,
-            ["sonar", "battery"],
-            1,
-        ),
+        (own, ["sonar", "battery"], 1),
     ):
         changed = behind_rosaria(scenario_from_dict(dict(given, sensors=sensors)))
         mounts = fitted_mounts(Team.from_scenario(changed), changed.sensors)

@@ -50,10 +50,6 @@ def test_the_install_space_builds_and_runs(tmp_path):
     script = CHECK.format(ros=ROS_SETUP, install=install, out=out)
     for command in commands + [["sh", "-c", script]]:
         done = subprocess.run(
-            command,
-            env=environment,
-            timeout=240,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            command, env=environment, timeout=240, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
         assert done.returncode == 0, done.stdout.decode()[-3000:]

@@ -13,10 +13,7 @@ def shell(root, command, **environment):
     """Return the finished ``command``, in bash, after ``tools/prepare.sh`` for the checkout ``root``."""
     text = 'root="{}" && . "{}" && {}'.format(root, PREPARE, command)
     return subprocess.run(
-        ["bash", "-c", text],
-        capture_output=True,
-        text=True,
-        env=dict(os.environ, **environment),
+        ["bash", "-c", text], capture_output=True, text=True, env=dict(os.environ, **environment)
     )
 
 

@@ -63,10 +63,7 @@ def test_flocking_of_two_typed_out():
     z = (np.sqrt(1.036) - 1.0) / 0.1
     assert z < 0.2 * (np.sqrt(1.9) - 1.0) / 0.1  # the bump function is 1
     push = laws.pair_force(np.array(z), LATTICE) * 0.6 / np.sqrt(1.036)
-    expected = [
-        [push + 0.1 * 1.0 + 0.2 * 0.5, -3.0 - 0.2],
-        [-push + 0.1 * 0.4 + 0.2 * 0.5, 3.0],
-    ]
+    expected = [[push + 0.1 * 1.0 + 0.2 * 0.5, -3.0 - 0.2], [-push + 0.1 * 0.4 + 0.2 * 0.5, 3.0]]
     found = laws.flocking(points, velocities, LATTICE, 3.0, leader, 0.1, 0.2)
     np.testing.assert_allclose(found, expected)
 

@@ -110,11 +110,7 @@ def test_differences_in_space_have_heights_of_the_same_age():
 
 @pytest.mark.parametrize(
     "links",
-    [
-        {"delay": 0.2},
-        {"loss": 0.3, "on_loss": "hold"},
-        {"delay": 0.2, "carries": "difference"},
-    ],
+    [{"delay": 0.2}, {"loss": 0.3, "on_loss": "hold"}, {"delay": 0.2, "carries": "difference"}],
 )
 @pytest.mark.parametrize("name", ["formation_cars", "carrying"])
 def test_faulty_edges_carry_joints(name, links, tmp_path):

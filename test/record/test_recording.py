@@ -208,11 +208,7 @@ def theory_run(duration=90.0, k=0.02, collisions=(), change=None):
     steps = int(round(duration * 10))
     offsets = formation.line_offsets(4, 2.0)
     hand = formation.predict(
-        hand_points(scenario.poses, 0.05),
-        offsets,
-        formation.closure_topology("chain", 4),
-        k,
-        steps,
+        hand_points(scenario.poses, 0.05), offsets, formation.closure_topology("chain", 4), k, steps
     )
     if change is not None:
         hand = change(hand)

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.spatial import Spatial, headings, turned_about_z, upright
-from mrs_simulator.record.recording import (
-    Collision,
-    Recorder,
-    RunError,
-    read_run_csv,
-    write_facts,
-)
+from mrs_simulator.record.recording import Collision, Recorder, RunError, read_run_csv, write_facts
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.state.layout import basic_layout, layout_in
 from mrs_simulator.state.state_table import StateTable

@@ -149,8 +149,7 @@ def write_compiled(run, value):
 
 
 @pytest.mark.parametrize(
-    "was, now, wanted",
-    [(None, "1", None), ("0", "1", "0"), ("1", None, "1"), ("absent", "0", "0")],
+    "was, now, wanted", [(None, "1", None), ("0", "1", "0"), ("1", None, "1"), ("absent", "0", "0")]
 )
 def test_it_is_run_again_compiled_or_not_as_it_was(was, now, wanted, run, monkeypatch, capsys):
     write_compiled(run, was)

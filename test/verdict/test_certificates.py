@@ -17,10 +17,7 @@ from mrs_simulator.protocols.flocking.energies import agreement_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
 from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
 from mrs_simulator.protocols.making import make_control
-from mrs_simulator.protocols.shapes.energies import (
-    bearing_energy,
-    length_energy,
-)
+from mrs_simulator.protocols.shapes.energies import bearing_energy, length_energy
 from mrs_simulator.record.recording import Run, read_run_csv
 from mrs_simulator.study.draw.canvas import save
 from mrs_simulator.study.draw.certificate_figure import certificate_figure

@@ -128,8 +128,7 @@ def test_each_drive_moves_as_it_is_stated(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    "drive, name",
-    [(omnidirectional, "formation_omnidirectional"), (car, "formation_cars")],
+    "drive, name", [(omnidirectional, "formation_omnidirectional"), (car, "formation_cars")]
 )
 def test_a_mistake_in_the_mapping_of_a_drive_fails(tmp_path, monkeypatch, drive, name):
     mapping = "wanted" if drive.JOINTS else "command"

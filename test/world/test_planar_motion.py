@@ -316,13 +316,7 @@ def test_the_key_is_read_written_and_refused_where_it_says_nothing():
 
 def test_an_obstacle_on_a_track_pushes_a_robot_that_stands():
     track = {"to": [[0.2, 0.0]], "speed": 0.5}
-    cart = {
-        "type": "box",
-        "name": "cart",
-        "center": [2.0, 0.0],
-        "size": [0.4, 0.6],
-        "track": track,
-    }
+    cart = {"type": "box", "name": "cart", "center": [2.0, 0.0], "size": [0.4, 0.6], "track": track}
     content = {
         "poses": [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]],
         "fidelity": "dynamic",

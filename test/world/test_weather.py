@@ -31,8 +31,7 @@ def test_waves_have_their_deviation_and_their_period():
 
 
 @pytest.mark.parametrize(
-    "make",
-    [lambda rows: Gusts(1.0, 2.0, 0.1, 3, rows), lambda rows: Waves(4.0, 0.1, 3, rows)],
+    "make", [lambda rows: Gusts(1.0, 2.0, 0.1, 3, rows), lambda rows: Waves(4.0, 0.1, 3, rows)]
 )
 def test_what_a_robot_feels_is_its_own(make):
     few, many = make([1, 4]), make(range(6))

@@ -10,12 +10,7 @@ from mrs_simulator.control.hooks import LawHooks
 from mrs_simulator.control.network import Network
 from mrs_simulator.control.positions import Position, RaisedPosition
 from mrs_simulator.control.twists import check_finite, commands_of
-from mrs_simulator.control.velocities import (
-    neighbours_of,
-    own_velocity,
-    team_velocities,
-    turned_by,
-)
+from mrs_simulator.control.velocities import neighbours_of, own_velocity, team_velocities, turned_by
 from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.sensors.readings import readings_by_number
 

@@ -101,9 +101,7 @@ def main(argv=None):
         prog=program("docs"), description="Print a page of the documentation, or a section of it."
     )
     parser.add_argument(
-        "page",
-        nargs="?",
-        help="such as scenarios.md#graphs, as errors name it; default: a list",
+        "page", nargs="?", help="such as scenarios.md#graphs, as errors name it; default: a list"
     )
     wanted = parser.parse_args(argv).page
     if wanted is None:

@@ -58,7 +58,4 @@ def stability_measures(control, run):
     if known is None:
         return {}
     margin = known.margin if math.isfinite(known.margin) else None
-    return {
-        "stability_margin": margin,
-        "growth_rate": growth_rate(run.time, known.of(run.hand)),
-    }
+    return {"stability_margin": margin, "growth_rate": growth_rate(run.time, known.of(run.hand))}

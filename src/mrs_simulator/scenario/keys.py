@@ -62,8 +62,7 @@ TEAM = (
         meaning="a team of [several kinds](#teams-of-several-kinds), instead of `poses` and `model`",
     ),
     Field(
-        "kinds",
-        meaning="kinds of this scenario alone, by name: [below](#teams-of-several-kinds)",
+        "kinds", meaning="kinds of this scenario alone, by name: [below](#teams-of-several-kinds)"
     ),
     Field(
         "altitude",

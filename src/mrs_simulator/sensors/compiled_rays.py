@@ -70,10 +70,7 @@ def cast_all(shapes, rays, most, slack, reach, cos, sin, unseen, result):
             length, width = half[each, 0], half[each, 1]
             for k in range(direction.shape[1]):
                 of = k if origin.shape[1] > 1 else 0
-                x, y = (
-                    origin[row, of, 0] - centre[each, 0],
-                    origin[row, of, 1] - centre[each, 1],
-                )
+                x, y = (origin[row, of, 0] - centre[each, 0], origin[row, of, 1] - centre[each, 1])
                 x, y = c * x + s * y, c * y - s * x
                 u, v = direction[row, k, 0], direction[row, k, 1]
                 u, v = c * u + s * v, c * v - s * u

@@ -11,13 +11,7 @@ from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw
 from mrs_simulator.vehicles.kind import read_kind
-from mrs_simulator.vehicles.registry import (
-    file_named,
-    is_file,
-    merged,
-    names_a_file,
-    shipped_kinds,
-)
+from mrs_simulator.vehicles.registry import file_named, is_file, merged, names_a_file, shipped_kinds
 from mrs_simulator.vehicles.shape import GREY, MOST_PARTS, Part
 from mrs_simulator.vehicles.team import Team
 

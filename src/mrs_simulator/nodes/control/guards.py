@@ -103,11 +103,7 @@ class Guards(Violations):
         ``axes``: the columns of commands; ``deadband`` [m/s, rad/s] without a parameter; ``ahead``: the
         team and for how long it goes on until a zero acts [s]; None: bounds hold for poses alone.
         """
-        super().__init__(
-            numbers,
-            read(GEOFENCE),
-            read(MIN_DISTANCE),
-        )
+        super().__init__(numbers, read(GEOFENCE), read(MIN_DISTANCE))
         n = len(self.numbers)
         self._speeds, self._scope = speed_limits(n), scope
         self._deadband = read(DEADBAND, deadband)

@@ -58,10 +58,7 @@ class LawService:
         """
         self._control.safety_filter.begin_scene(begun)
         self._control.start()
-        return [
-            *self._control.foreseen,
-            *texts_of(self._control.warnings(pose), "warnings()"),
-        ]
+        return [*self._control.foreseen, *texts_of(self._control.warnings(pose), "warnings()")]
 
     def commands(self, pose, time, readings=None, joints=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].

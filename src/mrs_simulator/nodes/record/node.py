@@ -164,8 +164,7 @@ class RunRecorder:
             return
         if len(sample.pose) != self.scenario.n:
             rospy.logerr_throttle(
-                5.0,
-                "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
+                5.0, "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n)
             )
             return
         if self.scenario.load is not None and not sample.has(LOAD):

@@ -291,9 +291,6 @@ class Carrying(Tracking, PioneerControl):
         return [
             Curve("load off its path [m]", time, self._errors(run)[0], predicted=mean),
             Curve(
-                "largest internal force [N]",
-                time,
-                self.internal_forces(run),
-                predicted=predicted,
+                "largest internal force [N]", time, self.internal_forces(run), predicted=predicted
             ),
         ]

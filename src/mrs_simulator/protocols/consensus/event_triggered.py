@@ -14,10 +14,7 @@ from mrs_simulator.core.claims import (
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
 from mrs_simulator.protocols.common import AGREED, attracting, below, falls, spanning_tree
-from mrs_simulator.protocols.consensus.equations import (
-    consensus,
-    event_thresholds,
-)
+from mrs_simulator.protocols.consensus.equations import consensus, event_thresholds
 from mrs_simulator.protocols.consensus.law import GAIN, NAMES
 from mrs_simulator.protocols.consensus.memory import Remembering
 from mrs_simulator.protocols.consensus.published import EventTriggered

@@ -10,17 +10,8 @@ from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.linear_theorem import Accuracy, Names
 from mrs_simulator.core.spectra import laplacian_eigenvalues
 from mrs_simulator.core.stability import Stability, share_left
-from mrs_simulator.protocols.common import (
-    AGREED,
-    DECAY,
-    below,
-    gain_conditions,
-    spanning_tree,
-)
-from mrs_simulator.protocols.consensus.equations import (
-    discrete_flow,
-    largest_step,
-)
+from mrs_simulator.protocols.common import AGREED, DECAY, below, gain_conditions, spanning_tree
+from mrs_simulator.protocols.consensus.equations import discrete_flow, largest_step
 from mrs_simulator.protocols.consensus.over_links import AveragingLaw
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
 

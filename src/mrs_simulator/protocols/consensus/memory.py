@@ -142,10 +142,7 @@ class DelayedConsensus(Solved):
 
     def claims(self, start):
         """Return limit, invariant and rate if tau is below ``pi/(2 gain lambda_max)``."""
-        conditions = [
-            spanning_tree(self.topology),
-            attracting(self.gain),
-        ]
+        conditions = [spanning_tree(self.topology), attracting(self.gain)]
         if not all_hold(conditions):
             return conditions
         tau = self.delay_steps * self.period

@@ -150,10 +150,7 @@ def linear_claims(law, start):
         return None
     if not law.known and law.links.carries == "difference" and law.delays.any():
         return None
-    conditions = [
-        _joint_tree(law),
-        attracting(law.gain),
-    ]
+    conditions = [_joint_tree(law), attracting(law.gain)]
     if not all_hold(conditions):
         return conditions
     return (

@@ -14,13 +14,7 @@ from mrs_simulator.core.edge_faults import turn_steps, up_in
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import arcs_of
 from mrs_simulator.core.spectra import ZERO
-from mrs_simulator.protocols.common import (
-    AGREED,
-    attracting,
-    below,
-    decays_as,
-    spanning_tree,
-)
+from mrs_simulator.protocols.common import AGREED, attracting, below, decays_as, spanning_tree
 from mrs_simulator.protocols.consensus.equations import switching_consensus
 from mrs_simulator.protocols.consensus.law import GAIN, never_grows
 from mrs_simulator.protocols.consensus.memory import SEED, Solved

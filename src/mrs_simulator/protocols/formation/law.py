@@ -169,10 +169,7 @@ class Formation(AveragingLaw, PioneerControl):
         if self._closure.edges and not self._closure.has_spanning_tree():
             return [
                 Condition(
-                    "spanning tree",
-                    False,
-                    "some robots receive from no common one",
-                    necessary=True,
+                    "spanning tree", False, "some robots receive from no common one", necessary=True
                 )
             ]
         tolerance, (apart, gap) = TOLERANCES[self.fidelity], self._left_by_deadband()

@@ -19,25 +19,14 @@ from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, direction_of, wrap_angle
 from mrs_simulator.core.linear_theorem import Accuracy, Names, linear_theorem
 from mrs_simulator.core.spectra import left_null_vector, unshared
-from mrs_simulator.protocols.common import (
-    all_hold,
-    attracting,
-    below,
-    spanning_tree,
-)
+from mrs_simulator.protocols.common import all_hold, attracting, below, spanning_tree
 from mrs_simulator.protocols.energies import error_energy
 from mrs_simulator.protocols.linear_errors import Tracking
 from mrs_simulator.protocols.marching import equations as laws
 from mrs_simulator.protocols.published.laws import weights_of
 from mrs_simulator.protocols.shapes import published
 from mrs_simulator.protocols.shapes.equations import scale
-from mrs_simulator.protocols.shapes.law import (
-    GAIN,
-    SHAPE,
-    SIZE,
-    Shaped,
-    without_rates,
-)
+from mrs_simulator.protocols.shapes.law import GAIN, SHAPE, SIZE, Shaped, without_rates
 from mrs_simulator.protocols.shapes.published import Separations, along, on_path
 
 LAST = 5  # [-] a fifth of the run, at its end, must be without error

@@ -6,13 +6,7 @@ Over an edge (i, j) robot i receives from j, ``p_ij = p_i - p_j`` and ``g_ij = (
 
 import numpy as np
 
-from mrs_simulator.core.edge_terms import (
-    apart,
-    difference_flow,
-    edge_flow,
-    inner,
-    unit,
-)
+from mrs_simulator.core.edge_terms import apart, difference_flow, edge_flow, inner, unit
 from mrs_simulator.protocols.common import level
 
 SHAPES = ("line", "circle", "vee", "grid")

@@ -27,26 +27,13 @@ from mrs_simulator.core.spectra import (
     left_null_vector,
     rigid_rank,
 )
-from mrs_simulator.protocols.common import (
-    all_hold,
-    falls,
-    gain_conditions,
-    resting,
-    spanning_tree,
-)
+from mrs_simulator.protocols.common import all_hold, falls, gain_conditions, resting, spanning_tree
 from mrs_simulator.protocols.consensus.over_links import AveragingLaw
 from mrs_simulator.protocols.linear_errors import LinearErrors
 from mrs_simulator.protocols.published.laws import Averaging, shape_of, weights_of
 from mrs_simulator.protocols.shapes import equations as laws
-from mrs_simulator.protocols.shapes.energies import (
-    bearing_energy,
-    length_energy,
-)
-from mrs_simulator.protocols.shapes.published import (
-    Bearings,
-    BearingsWithLeaders,
-    Distances,
-)
+from mrs_simulator.protocols.shapes.energies import bearing_energy, length_energy
+from mrs_simulator.protocols.shapes.published import Bearings, BearingsWithLeaders, Distances
 
 LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
 FLAT = 1e-6  # [m] of a singular value of points, below which they lie in fewer dimensions

@@ -13,10 +13,7 @@ ALPHA = (0.01, 0.0, 0.0, 0.01, 0.001, 0.001)
 
 
 # Without ``alpha`` the noise is the scenario's.
-FILTER = (
-    Field(EKF, type=NAMES, rule=REQUIRED),
-    odometry_errors.ALPHA._replace(default=None),
-)
+FILTER = (Field(EKF, type=NAMES, rule=REQUIRED), odometry_errors.ALPHA._replace(default=None))
 
 
 class Estimates(NamedTuple):

@@ -16,12 +16,7 @@ from mrs_simulator.study.draw.compared_panels import (
     lay_paths,
     signs_of,
 )
-from mrs_simulator.study.draw.curve_figures import (
-    draw_inputs,
-    draw_states,
-    name_robots,
-    values_of,
-)
+from mrs_simulator.study.draw.curve_figures import draw_inputs, draw_states, name_robots, values_of
 from mrs_simulator.study.draw.figure_parts import legend_above, predicted_of
 from mrs_simulator.study.draw.plane_figure import NAMED, draw_trajectories, trajectories_height
 from mrs_simulator.study.draw.style import LookError

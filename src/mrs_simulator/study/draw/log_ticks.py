@@ -1,13 +1,7 @@
 """Ticks of logarithmic axes that can be read, whatever part of a scale is in view."""
 
 import numpy as np
-from matplotlib.ticker import (
-    Formatter,
-    Locator,
-    LogFormatterMathtext,
-    MaxNLocator,
-    NullFormatter,
-)
+from matplotlib.ticker import Formatter, Locator, LogFormatterMathtext, MaxNLocator, NullFormatter
 
 FEWEST = 3  # [-] labels in view, where there is room
 CLOSE = 1e-9  # [-] to an end of what is in view: a tick there is in view

@@ -26,11 +26,7 @@ from mrs_simulator.ros.message_forms.messages import (
     run_of,
 )
 from mrs_simulator.scenario.reading import reason, refuse_special
-from mrs_simulator.scenario.scenario import (
-    MOST_ROBOTS,
-    ScenarioError,
-    scenario_from_yaml,
-)
+from mrs_simulator.scenario.scenario import MOST_ROBOTS, ScenarioError, scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.state.columns import ESTIMATE, SPATIAL, Z
 from mrs_simulator.state.state_table import StateTable, stacked

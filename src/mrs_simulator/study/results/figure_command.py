@@ -70,12 +70,7 @@ def _draw(arguments):
     # matplotlib is slow to import: after what may be refused without it.
     from mrs_simulator.study.draw.canvas import save
     from mrs_simulator.study.draw.compared_panels import NamedRun
-    from mrs_simulator.study.draw.composed_figure import (
-        ERROR,
-        Choice,
-        composed_figure,
-        numbers_in,
-    )
+    from mrs_simulator.study.draw.composed_figure import ERROR, Choice, composed_figure, numbers_in
 
     panels = tuple(name.strip() for name in arguments.panels.split(",") if name.strip())
     between = tuple(arguments.between) if arguments.between else None

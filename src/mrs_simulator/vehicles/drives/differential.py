@@ -13,12 +13,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import (
-    body_speeds,
-    clip_commands,
-    displaced,
-    wheel_speeds,
-)
+from mrs_simulator.core.kinematics import body_speeds, clip_commands, displaced, wheel_speeds
 from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives.wheel_stand import Stand
 

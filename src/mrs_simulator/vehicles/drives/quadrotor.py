@@ -29,13 +29,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, ramp, wrap_angle
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.vehicles.drives import flight_control
-from mrs_simulator.vehicles.drives.rotors import (
-    GRAVITY,
-    ROTORS,
-    effect_of,
-    greatest_climb,
-    parts,
-)
+from mrs_simulator.vehicles.drives.rotors import GRAVITY, ROTORS, effect_of, greatest_climb, parts
 from mrs_simulator.vehicles.drives.velocity_lag import NO_LAG, remaining_error
 
 AXES = ("linear.x", "linear.y", "linear.z", "angular.z")

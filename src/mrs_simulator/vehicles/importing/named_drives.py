@@ -27,13 +27,7 @@ from mrs_simulator.vehicles.importing.assembling import (
     outline_of,
     wheel_radius,
 )
-from mrs_simulator.vehicles.importing.chassis import (
-    ASKEW,
-    TURNING,
-    about_origin,
-    gather,
-    joined,
-)
+from mrs_simulator.vehicles.importing.chassis import ASKEW, TURNING, about_origin, gather, joined
 from mrs_simulator.vehicles.importing.drive_facts import DriveFacts
 from mrs_simulator.vehicles.importing.model_file import model_path, pushed_text, rigid_text
 from mrs_simulator.vehicles.importing.placing import transform_at

@@ -181,11 +181,8 @@ def record(directory, known=None):
     """
     known = known or {"machine": machine(), "runs": {}}
     if known["machine"] != machine():
-        raise SystemExit(
-            "recorded on {}, and this is {}: wanted the same, or --anew for all".format(
-                known["machine"], machine()
-            )
-        )
+        text = "recorded on {}, and this is {}: wanted the same, or --anew for all"
+        raise SystemExit(text.format(known["machine"], machine()))
     runs = dict(known["runs"])
     for name, fidelity in cases():
         case = "{} {}".format(name, fidelity)

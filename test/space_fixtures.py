@@ -18,10 +18,8 @@ class Flyers(Team):
     def __init__(self, n):
         super().__init__(("pioneer3dx",) * n, None)
         self.axes, self.robot_axes = AXES, np.ones((n, 3), dtype=bool)
-        self.components, self.ignored_axes = (
-            slice(3),
-            np.repeat([[False] * 3 + [True] * 3], n, axis=0),
-        )
+        self.components = slice(3)
+        self.ignored_axes = np.repeat([[False] * 3 + [True] * 3], n, axis=0)
 
     def point(self, pose, joints, l, pointing=None):
         return pose

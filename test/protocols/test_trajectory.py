@@ -30,10 +30,8 @@ def test_it_passes_its_points_smoothly_and_rests_at_its_ends():
     for order in (1, 2, 3):
         np.testing.assert_allclose(curve.at(curve.times[[0, -1]], order), 0.0, atol=1e-9)
     for order in range(1, 7):
-        before, after = (
-            curve.at(curve.times[1:-1] - 1e-9, order),
-            curve.at(curve.times[1:-1], order),
-        )
+        before = curve.at(curve.times[1:-1] - 1e-9, order)
+        after = curve.at(curve.times[1:-1], order)
         np.testing.assert_allclose(before, after, atol=1e-6)
     late = curve.times[-1] + np.array([0.1, 5.0])
     np.testing.assert_allclose(curve.at(late), np.tile(POINTS[-1], (2, 1)), atol=1e-12)

@@ -176,10 +176,8 @@ def test_another_sensor_than_the_mounts_is_refused(sensors):
 
 
 def test_p2os_tells_distances_up_to_the_last_that_has_fired(sensors):
-    form, kind = (
-        others_of(sensors[0]["sonar"].mount, sensors[1].team.kinds[0])[0],
-        sensors[1].team.kinds[0],
-    )
+    form = others_of(sensors[0]["sonar"].mount, sensors[1].team.kinds[0])[0]
+    kind = sensors[1].team.kinds[0]
     told = form.MESSAGE(ranges_count=9, ranges=[1.5, 5.0, 0.3] + [2.0] * 6)
     reading = form.reading(told, 3.0)
     assert reading.stamp == 3.0 and reading.ranges[:3].tolist() == [1.5, math.inf, 0.3]

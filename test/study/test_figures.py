@@ -180,10 +180,8 @@ def test_obstacles_and_collisions_are_drawn_and_named():
 
 
 def test_land_is_named_and_drawn_beneath_what_stands_on_it():
-    land, box = (
-        Box("land", 0.0, 0.0, 0.0, 900.0, 8.0, 0.0),
-        Box("box", 1.0, 2.0, 0.0, 1.0, 2.0, 0.5),
-    )
+    land = Box("land", 0.0, 0.0, 0.0, 900.0, 8.0, 0.0)
+    box = Box("box", 1.0, 2.0, 0.0, 1.0, 2.0, 0.5)
     scenario = SimpleNamespace(map=None, obstacles=(box, land))
     axes = report.draw_trajectories(report.new_figure(), make_run(2, scenario=scenario))
     assert {"Land", "Obstacle"} <= set(legend_texts(axes))

@@ -101,12 +101,10 @@ def test_a_sweep_in_parallel_gives_a_table_and_a_figure(tmp_path):
 
 
 def test_a_law_that_was_edited_is_run_again(tmp_path):
-    law, text = (
-        tmp_path / "law.py",
-        (
-            "from mrs_simulator import PioneerControl\n\n\nclass Law(PioneerControl):\n"
-            "    def pointMassLaw(self, hand):\n        return 0.0 * hand\n"
-        ),
+    law = tmp_path / "law.py"
+    text = (
+        "from mrs_simulator import PioneerControl\n\n\nclass Law(PioneerControl):\n"
+        "    def pointMassLaw(self, hand):\n        return 0.0 * hand\n"
     )
     names = []
     for added in ("", "\n\n# another\n", ""):

@@ -174,10 +174,8 @@ def test_a_step_reaches_63_percent_alike_with_forces_and_without(name, wanted):
     for motion in (quadrotor, quadrotor_forces):
         inner, count = motion.begin(row(0.0, 0.0, 0.0), np.ones(1), numbers), 0
         while inner.velocity[0, 0] < 0.3 * 0.6321206 - 1e-9:
-            inner, count = (
-                motion.flown(inner, row(0.3, 0.0, 0.0, 0.0), LIMITS, numbers, 0.01),
-                count + 1,
-            )
+            inner = motion.flown(inner, row(0.3, 0.0, 0.0, 0.0), LIMITS, numbers, 0.01)
+            count = count + 1
         found.append(0.01 * count)
     assert found == pytest.approx(wanted, abs=0.015)
 

@@ -80,11 +80,8 @@ def _refuse_hidden_hook(cls):
     law = vars(cls).get("calculateControlLaw")
     used = getattr(getattr(law, "__code__", None), "co_names", own)
     if law is not None and len(own) > 1 and not {*own[1:], "super", "wanted_commands"} & set(used):
-        raise TypeError(
-            "{} overrides {}: the first hides the other, wanted one of them".format(
-                cls.__name__, " and ".join(own)
-            )
-        )
+        text = "{} overrides {}: the first hides the other, wanted one of them"
+        raise TypeError(text.format(cls.__name__, " and ".join(own)))
 
 
 def _refuse_names(cls, base):

@@ -212,10 +212,8 @@ class Standstill:
         columns = command.shape[1]
         commanded = np.where(np.abs(command) >= _for(columns, LEAST_COMMAND), np.sign(command), 0.0)
         if self._time is None or not 0.0 <= now - self._time <= LONGEST_GAP:
-            self._speed, self._since = (
-                np.zeros_like(commanded),
-                np.full(commanded.shape, float(now)),
-            )
+            self._speed = np.zeros_like(commanded)
+            self._since = np.full(commanded.shape, float(now))
             self._commanded = commanded
         else:
             fade = math.exp((self._time - now) / SMOOTHING)

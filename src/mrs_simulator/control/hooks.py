@@ -54,11 +54,8 @@ class LawHooks:
 
     def pointMassLaw(self, hand):
         """Return the points' wanted velocities, shape (n, d) [m/s], from ``hand`` (n, d) [m]."""
-        raise NotImplementedError(
-            "{} has no law: wanted calculateControlLaw, pointMassLaw or neighbourLaw".format(
-                type(self).__name__
-            )
-        )
+        text = "{} has no law: wanted calculateControlLaw, pointMassLaw or neighbourLaw"
+        raise NotImplementedError(text.format(type(self).__name__))
 
     def neighbourLaw(self, robot, theta, neighbours):
         """Return the wanted velocity ``(ux, uy)`` [m/s] of one hand point from what its robot sees.

@@ -24,12 +24,11 @@ class Network:
         Raises ``ValueError`` if edges are to come and go that the law does not look up.
         """
         if links.changes_edges and not control.TAKES_EDGES:
-            raise ValueError(
+            text = (
                 "links: {} does not take its neighbours from the topology at each command: edges can "
-                "be neither switched nor dropped; wanted delay, or loss with on_loss: hold".format(
-                    type(control).__name__
-                )
+                "be neither switched nor dropped; wanted delay, or loss with on_loss: hold"
             )
+            raise ValueError(text.format(type(control).__name__))
         self.copies = ()
         self._control = control
         self._channel = Channel(links, len(control.numbers), control.period, seed)

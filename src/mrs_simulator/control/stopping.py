@@ -11,11 +11,9 @@ from mrs_simulator.vehicles.courses import Courses
 LATENCY = 0.1  # [s] between a command and its effect, and between a pose and its odometry, together
 LEAST_STEP = 1e-6  # [m] by which a robot must come nearer to a bound to break it
 SETTLED = 30.0  # [s] after which a commanded speed is reached
-LINEAR, LEVEL, UPRIGHT = (
-    ("linear.x", "linear.y", "linear.z"),
-    ("linear.x", "linear.y"),
-    ("linear.z",),
-)
+LINEAR = ("linear.x", "linear.y", "linear.z")
+LEVEL = ("linear.x", "linear.y")
+UPRIGHT = ("linear.z",)
 HIGH = 1000.0  # [m] above the ground, far from it
 HALVINGS = 30  # [-] of the interval in which a speed is sought
 

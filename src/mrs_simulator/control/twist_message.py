@@ -22,11 +22,8 @@ except ModuleNotFoundError as error:
         def __init__(self, *args, **kwargs):
             """Take no arguments, all fields in their order, or some fields by name."""
             if args and (kwargs or len(args) != len(self.__slots__)):
-                raise TypeError(
-                    "{}: wanted {} or keyword arguments".format(
-                        type(self).__name__, ", ".join(self.__slots__)
-                    )
-                )
+                text = "{}: wanted {} or keyword arguments"
+                raise TypeError(text.format(type(self).__name__, ", ".join(self.__slots__)))
             given = dict(zip(self.__slots__, args), **kwargs)
             for name in self.__slots__:
                 setattr(self, name, given.pop(name) if name in given else self._default())

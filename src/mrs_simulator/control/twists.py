@@ -62,11 +62,8 @@ def _in_order(twists, numbers):
             )
         return [twists[number] for number in numbers]
     if not isinstance(twists, (list, tuple)) or len(twists) != len(numbers):
-        raise ControlError(
-            "calculateControlLaw returned {}, wanted {} Twists, one for each robot".format(
-                described(twists), len(numbers)
-            )
-        )
+        text = "calculateControlLaw returned {}, wanted {} Twists, one for each robot"
+        raise ControlError(text.format(described(twists), len(numbers)))
     return twists
 
 
@@ -80,11 +77,8 @@ def _table(twists, numbers):
         try:
             [float(value) for value in _components(twist)]
         except (AttributeError, TypeError, ValueError):
-            raise ControlError(
-                "calculateControlLaw returned {} for robot {}, wanted a Twist of numbers".format(
-                    described(twist), number
-                )
-            ) from None
+            text = "calculateControlLaw returned {} for robot {}, wanted a Twist of numbers"
+            raise ControlError(text.format(described(twist), number)) from None
     return np.array([[float(value) for value in _components(twist)] for twist in twists])
 
 

@@ -13,11 +13,8 @@ def team_velocities(wanted, n, d):
     """
     u = _numbers(wanted)
     if u is None:
-        raise ControlError(
-            "pointMassLaw returned {}, wanted an array {} of velocities".format(
-                described(wanted), (n, d)
-            )
-        )
+        text = "pointMassLaw returned {}, wanted an array {} of velocities"
+        raise ControlError(text.format(described(wanted), (n, d)))
     if u.shape != (n, d):
         raise ControlError(
             "pointMassLaw returned shape {}, wanted {}: a velocity for each robot".format(
@@ -34,10 +31,9 @@ def own_velocity(wanted, robot, d):
     """
     velocity = _numbers(wanted)
     if velocity is None or velocity.shape != (d,):
+        text = "neighbourLaw returned {} for robot {}, wanted {}"
         raise ControlError(
-            "neighbourLaw returned {} for robot {}, wanted {}".format(
-                described(wanted), robot, "(ux, uy, uz)" if d == 3 else "(ux, uy)"
-            )
+            text.format(described(wanted), robot, "(ux, uy, uz)" if d == 3 else "(ux, uy)")
         )
     return velocity
 

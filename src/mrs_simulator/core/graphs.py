@@ -225,11 +225,8 @@ def _checked_edge(edge, n):
         raise ValueError("edge {}: wanted [i, j] or [i, j, weight]".format(shown(list(edge))))
     for robot in edge[:2]:
         if isinstance(robot, bool) or not isinstance(robot, int) or not 1 <= robot <= n:
-            raise ValueError(
-                "edge {}: robot {}, wanted a whole number from 1 to {}".format(
-                    shown(list(edge)), shown(robot), n
-                )
-            )
+            text = "edge {}: robot {}, wanted a whole number from 1 to {}"
+            raise ValueError(text.format(shown(list(edge)), shown(robot), n))
     weight = edge[2] if len(edge) == 3 else 1.0
     number = isinstance(weight, (int, float)) and not isinstance(weight, bool)
     if not number or not 0.0 < weight < np.inf:

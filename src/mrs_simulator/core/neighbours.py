@@ -8,9 +8,8 @@ import numpy as np
 from mrs_simulator.core.sample_blocks import AT_ONCE
 
 DENSE = 256  # [-] points up to which all pairs are compared
-MOST_MOVED = (
-    1.0  # [-] of the least distance, by which points may move before pairs are selected again
-)
+# [-] of the least distance, by which points may move before pairs are selected again
+MOST_MOVED = 1.0
 
 
 def dot(a, b):

@@ -14,9 +14,8 @@ import numpy as np
 from mrs_simulator.core.kinematics import max_abs
 
 LARGE = 1e16  # from which on releases of orjson differ, and Python writes
-AT_ONCE = (
-    500  # [-] rows: their texts stay in the processor's cache, and in memory that is used again
-)
+# [-] rows: their texts stay in the processor's cache, and in memory that is used again
+AT_ONCE = 500
 EXPONENT = re.compile(r"(\d)(?:\.(\d+))?e-(\d+)")
 TRICKY = np.array(  # numbers that writers print differently
     [0.0, -0.0, 1.0, -1e-4, 9.999e-5, 1.5e-5, -1e-5, 1e-7, 2.5e-10, 5e-324, 0.1 + 0.2]

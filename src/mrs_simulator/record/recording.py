@@ -466,12 +466,11 @@ def _layout_in(header, path):
     """Return the ``Layout`` of a file whose first line is ``header``."""
     layout = layout_in(header[:1000].rstrip("\n").split(","))
     if layout is None:
-        raise RunError(
+        text = (
             "{}, line 1: {!r}, wanted the columns {}, or axes of a Twist instead of v and omega, and "
-            "what else a team needs".format(
-                path, header[:100].rstrip("\n"), ",".join(basic_layout().names)
-            )
+            "what else a team needs"
         )
+        raise RunError(text.format(path, header[:100].rstrip("\n"), ",".join(basic_layout().names)))
     return layout
 
 

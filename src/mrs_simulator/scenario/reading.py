@@ -161,11 +161,9 @@ class Section:
 
     def at(self, key):
         """Return where ``key`` is, for an error message."""
-        return (
-            "{}: {}".format(self._where, key)
-            if ": " not in self._where
-            else ("{}.{}".format(self._where, key))
-        )
+        if ": " not in self._where:
+            return "{}: {}".format(self._where, key)
+        return "{}.{}".format(self._where, key)
 
     def take(self, key, default=None):
         """Return the raw value of ``key``."""

@@ -19,9 +19,8 @@ from mrs_simulator.vehicles.quantities import QuantitySection
 
 KEYS = ("stddev", "bias", "bias_walk", "quantum", "dropout", "latency")
 BLOCK = 1024  # [-] numbers that are drawn at a time of each robot's stream, at least one sample's
-SAMPLES = (
-    16  # [-] samples that are drawn at a time where there is a value for each robot of the team
-)
+# [-] samples that are drawn at a time where there is a value for each robot of the team
+SAMPLES = 16
 MOST = 1e9  # [SI] of every number of noise
 FINEST = 1e-12  # [SI] of a quantum
 

@@ -13,11 +13,8 @@ class Readings:
 
     def __getattr__(self, name):
         asked = ", ".join(key for key in self.__dict__ if not key.startswith("_")) or "none"
-        raise AttributeError(
-            "readings of robot {}: no {!r}; the law's SENSORS are {}".format(
-                self.__dict__.get("_number", "?"), name, asked
-            )
-        )
+        text = "readings of robot {}: no {!r}; the law's SENSORS are {}"
+        raise AttributeError(text.format(self.__dict__.get("_number", "?"), name, asked))
 
     def __setattr__(self, name, value):
         raise AttributeError("readings are not to be changed: {!r}".format(name))

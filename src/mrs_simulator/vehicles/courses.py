@@ -17,9 +17,8 @@ from mrs_simulator.vehicles.compiled_courses import compiled_courses
 BRAKING = 12  # [-] instants at which a braking robot is looked at
 HOLDING = 2  # [-] the same under a command that is held
 DENSER = 1.5  # [-] exponent by which the first instants of braking lie closer
-CONSTANTS = (
-    6.0  # [-] time constants after which a robot that stops exponentially is looked at no more
-)
+# [-] time constants after which a robot that stops exponentially is looked at no more
+CONSTANTS = 6.0
 PLANAR = ("linear.x", "linear.y", "angular.z")
 LEAST = 1e-9  # [s] of an interval
 WORTH = 4000  # [-] calls of 0.1 ms that take as long as numba takes to load

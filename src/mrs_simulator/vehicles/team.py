@@ -68,11 +68,9 @@ class Group(NamedTuple):
 
     def inner_command(self, command, joints):
         """Return the inner states of the group's ``command``, both (m, axes of the drive)."""
-        return (
-            self.drive.inner_command(command, joints, self.numbers)
-            if self.drive.JOINTS
-            else command
-        )
+        if self.drive.JOINTS:
+            return self.drive.inner_command(command, joints, self.numbers)
+        return command
 
     def wanted(self, along, across, joints, l, period):
         """Return the inner states (m, axes of the drive) that move the points ``along`` and ``across``."""
@@ -111,13 +109,11 @@ class Outlines(NamedTuple):
 class Team(Constant):
     """The robots of a run; not to be changed.  Arrays hold one robot per row."""
 
-    dimension = (
-        2  # coordinates of the controlled points: robots in the air fly such laws at their altitude
-    )
+    # coordinates of the controlled points: robots in the air fly such laws at their altitude
+    dimension = 2
     has_arms = False
-    _is_bounded = (
-        False  # whether limits of each axis are all that there are, and no axis is without
-    )
+    # whether limits of each axis are all that there are, and no axis is without
+    _is_bounded = False
 
     def __init__(self, kinds, limits="firmware", relative_to="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.

@@ -472,11 +472,9 @@ def _judged(run, claim, theory):
     allows, the rest of the run is judged, from the last time at a limit on.
     """
     if not _is_of_theorem(claim):
-        return (
-            _judged_late(run, claim, theory)
-            if claim.free and theory.limited
-            else measured_of(run, claim)
-        )
+        if claim.free and theory.limited:
+            return _judged_late(run, claim, theory)
+        return measured_of(run, claim)
     found = theory.of_points(claim)
     short = found.note if found is not None and found.holds is not True else ""
     if theory.followed is None:

@@ -23,11 +23,8 @@ def checked_team(kinds, poses, limits):
     count = kinds.n if isinstance(kinds, Team) else len(kinds)
     poses = np.array(poses, dtype=float)
     if poses.shape != (count, 3) or not count:
-        raise WorldError(
-            "poses of shape {}: wanted one [x, y, theta] for each of {} robots, at least one".format(
-                poses.shape, count
-            )
-        )
+        text = "poses of shape {}: wanted one [x, y, theta] for each of {} robots, at least one"
+        raise WorldError(text.format(poses.shape, count))
     refuse_places(range(count), poses)
     try:
         team = Team.of(kinds, limits)
@@ -59,11 +56,8 @@ def checked_heights(team, z):
 def refuse_mirrored(mirrored, n):
     """Raise ``WorldError`` if a row of ``mirrored``, sorted, is none of a team of ``n`` robots."""
     if len(mirrored) and not 0 <= mirrored[0] <= mirrored[-1] < n:
-        raise WorldError(
-            "real robots {}: wanted numbers from 1 to {}, the size of the team".format(
-                (mirrored + 1).tolist(), n
-            )
-        )
+        text = "real robots {}: wanted numbers from 1 to {}, the size of the team"
+        raise WorldError(text.format((mirrored + 1).tolist(), n))
 
 
 def refuse_places(rows, poses, twists=0.0):
@@ -72,11 +66,8 @@ def refuse_places(rows, poses, twists=0.0):
     fits = (np.abs(poses) <= FARTHEST).all(axis=1) & np.isfinite(poses + twists).all(axis=1)
     bad = np.flatnonzero(~fits)
     if len(bad):
-        raise WorldError(
-            "robot{}: pose {}, wanted finite numbers within {:g} m".format(
-                rows[bad[0]] + 1, poses[bad[0]].tolist(), FARTHEST
-            )
-        )
+        text = "robot{}: pose {}, wanted finite numbers within {:g} m"
+        raise WorldError(text.format(rows[bad[0]] + 1, poses[bad[0]].tolist(), FARTHEST))
 
 
 def refuse_overlaps(kinds, poses, obstacles, mirrored=(), z=None):
@@ -160,8 +151,5 @@ def refuse_events(team, events, fidelity):
             why = "a {} without rotors".format(kind.title)
             if fidelity == "point_mass":
                 why = "in fidelity point_mass, which has none"
-            raise WorldError(
-                "events: {} of robot{}, {}; wanted a robot that flies".format(
-                    event.event, event.robot, why
-                )
-            )
+            text = "events: {} of robot{}, {}; wanted a robot that flies"
+            raise WorldError(text.format(event.event, event.robot, why))

@@ -275,10 +275,9 @@ class World:
             self.step()
             if self.time > LONGEST_RISE:
                 stuck = self.flights.next_rising()
+                text = "takeoff: robot{} is {:.2f} m high after {:g} s, wanted {:g} m"
                 raise WorldError(
-                    "takeoff: robot{} is {:.2f} m high after {:g} s, wanted {:g} m".format(
-                        stuck + 1, self.z[stuck], LONGEST_RISE, self.flights.takeoff[stuck]
-                    )
+                    text.format(stuck + 1, self.z[stuck], LONGEST_RISE, self.flights.takeoff[stuck])
                 )
         self.clock.rewind()
         for part in self.parts:

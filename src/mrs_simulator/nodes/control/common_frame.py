@@ -244,10 +244,8 @@ class LocalisedFrame(CommonFrame):
 
     def missing(self, now):
         """Return which robots' odometry or pose is missing, or ""."""
-        what, stale = (
-            self.WHAT + " on " + self._poses.topic,
-            self._poses.stale(now, self.pose_timeout),
-        )
+        what = self.WHAT + " on " + self._poses.topic
+        stale = self._poses.stale(now, self.pose_timeout)
         return super().missing(now) or silence(stale, what, self._poses.refused()[1])
 
     def stale(self, now):

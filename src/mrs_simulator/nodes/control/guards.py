@@ -123,10 +123,8 @@ class Guards(Violations):
 
     def _stuck(self, pose, now, changed):
         """Return ``{row: text}`` of the robots that do not move as commanded."""
-        commanded, shown = (
-            planar(self._passed, self._axes),
-            speed_and_turn(self._passed, self._axes),
-        )
+        commanded = planar(self._passed, self._axes)
+        shown = speed_and_turn(self._passed, self._axes)
         stuck = {
             row: STUCK.format(*shown[row], self._patience[row])
             for row in self._standstill.stuck(now, pose, commanded)

@@ -119,11 +119,9 @@ class StageSource:
             return "simulated time went back"
         speeds = self._speeds if len(self._speeds) == len(state.pose) else math.inf
         found = jump(last.pose, state.pose, dt, speeds)
-        return (
-            "robot{} jumped by {:.2f} m within {:.3f} s".format(found[0] + 1, found[1], dt)
-            if found
-            else ""
-        )
+        if found:
+            return "robot{} jumped by {:.2f} m within {:.3f} s".format(found[0] + 1, found[1], dt)
+        return ""
 
     def begin(self):
         """Count from now on: the run has begun."""

@@ -26,10 +26,8 @@ class Window(StagePart):
             self._view.close()
         from mrs_simulator.world.rendering.view import View  # pybullet only where it is used
 
-        self._view, self._team = (
-            View(world.team, world.pose, world.obstacles, window=True),
-            world.team,
-        )
+        self._view = View(world.team, world.pose, world.obstacles, window=True)
+        self._team = world.team
 
     def show(self):
         """Bring the window up to date at a display's rate."""

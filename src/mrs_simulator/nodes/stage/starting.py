@@ -15,11 +15,8 @@ def odometry_rate(scenario, usual):
     if scenario.odometry_rate is None:
         return read(declared.ODOM_RATE, usual)
     if is_given(declared.ODOM_RATE):
-        raise ValueError(
-            "odom_rate = {:g}: the scenario's odometry_rate is {}; wanted one of them".format(
-                read(declared.ODOM_RATE), scenario.odometry_rate
-            )
-        )
+        text = "odom_rate = {:g}: the scenario's odometry_rate is {}; wanted one of them"
+        raise ValueError(text.format(read(declared.ODOM_RATE), scenario.odometry_rate))
     return scenario.odometry_rate
 
 
@@ -32,9 +29,6 @@ def only_stage():
     rivals = Rivals(["/clock"])
     if not wait_for_end(rivals, PREDECESSOR):
         other = next(node for node in rivals.found()["/clock"] if node != rospy.get_name())
-        raise ValueError(
-            "/clock: {0} publishes it already, and simulates; end it first (rosnode kill {0})".format(
-                other
-            )
-        )
+        text = "/clock: {0} publishes it already, and simulates; end it first (rosnode kill {0})"
+        raise ValueError(text.format(other))
     return rivals

@@ -50,12 +50,8 @@ class StatusTopic(StagePart):
         self._silent = silent
         refused = np.flatnonzero(commands.refused > self._refused).tolist()
         if refused:
-            rospy.logwarn_throttle(
-                5.0,
-                "stage: refused commands for {}: not finite, or impossibly large".format(
-                    named(refused)
-                ),
-            )
+            text = "stage: refused commands for {}: not finite, or impossibly large"
+            rospy.logwarn_throttle(5.0, text.format(named(refused)))
             self._refused = commands.refused.copy()
 
     def _say_who_is_lost(self):

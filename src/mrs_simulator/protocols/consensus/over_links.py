@@ -153,11 +153,9 @@ def linear_claims(law, start):
     conditions = [_joint_tree(law), attracting(law.gain)]
     if not all_hold(conditions):
         return conditions
-    return (
-        _known_claims(law, start, conditions)
-        if law.known
-        else _chance_claims(law, start, conditions)
-    )
+    if law.known:
+        return _known_claims(law, start, conditions)
+    return _chance_claims(law, start, conditions)
 
 
 def _joint_tree(law):

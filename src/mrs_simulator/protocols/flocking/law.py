@@ -105,11 +105,8 @@ class Flocking(DoubleIntegrator):
         """Return all values; a range within the wanted distance is refused."""
         values = super().checked_parameters(given)
         if values["reach"] <= values["distance"]:
-            raise ValueError(
-                "reach = {:g}: wanted above the distance {:g} m".format(
-                    values["reach"], values["distance"]
-                )
-            )
+            text = "reach = {:g}: wanted above the distance {:g} m"
+            raise ValueError(text.format(values["reach"], values["distance"]))
         return values
 
     def set_parameters(self, given):

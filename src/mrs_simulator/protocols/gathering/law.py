@@ -68,11 +68,8 @@ class Containment(LinearErrors, PioneerControl):
         """Return all values; more leaders than robots are refused."""
         values = super().checked_parameters(given)
         if values["leaders"] > len(self.numbers):
-            raise ValueError(
-                "leaders = {}: wanted at most the {} robots".format(
-                    values["leaders"], len(self.numbers)
-                )
-            )
+            text = "leaders = {}: wanted at most the {} robots"
+            raise ValueError(text.format(values["leaders"], len(self.numbers)))
         return values
 
     @flow_law
@@ -185,11 +182,9 @@ class Rendezvous(PioneerControl):
     def energy(self, start):
         """Return the tension of the edges of the start, ``sum d^2/(D - d)``."""
         pairs = gathering_equations.pairs_within(start, self.radius)
-        return (
-            None
-            if self.gain <= 0.0 or not len(pairs)
-            else tension_energy(pairs, self.radius, self.gain)
-        )
+        if self.gain <= 0.0 or not len(pairs):
+            return None
+        return tension_energy(pairs, self.radius, self.gain)
 
     def graph_at(self, start, hand):
         """Return the edges of the start that are still shorter than D."""
@@ -421,11 +416,8 @@ class Coverage(PioneerControl):
         values = super().checked_parameters(given)
         away = max(abs(values["centre_x"]), abs(values["centre_y"])) - 0.5 * values["side"]
         if values["density"] == "gaussian" and away > 5.0 * values["width"]:
-            raise ValueError(
-                "centre_x, centre_y = {:g}, {:g}: wanted within 5 widths of the square".format(
-                    values["centre_x"], values["centre_y"]
-                )
-            )
+            text = "centre_x, centre_y = {:g}, {:g}: wanted within 5 widths of the square"
+            raise ValueError(text.format(values["centre_x"], values["centre_y"]))
         if values["polygon"]:
             corners, half = read_waypoints(values["polygon"]), 0.5 * values["side"]
             samples = gathering_equations.square_samples(values["side"], values["samples"])

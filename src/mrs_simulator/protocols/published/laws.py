@@ -9,9 +9,8 @@ import itertools
 
 import numpy as np
 
-MOST_PAIRS = (
-    2e8  # [-] pairs of robots over all commands of an exact solution: seconds of arithmetic
-)
+# [-] pairs of robots over all commands of an exact solution: seconds of arithmetic
+MOST_PAIRS = 2e8
 MOST_COMMANDS = 50000  # [-] of an exact solution
 
 

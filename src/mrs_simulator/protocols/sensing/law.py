@@ -24,9 +24,8 @@ from mrs_simulator.sensors.mounts import fitted_mounts
 MET = 0.05  # [m] extent of a team that has met
 SPACED = 0.03  # [m] of ranges at the end of a run
 CASCADE = 1.5  # [-] time constants for which an error waits for that of the robot before
-SIDEWAYS = (
-    0.35  # [rad] from straight aside, and from straight ahead, of transducers that are listened to
-)
+# [rad] from straight aside, and from straight ahead, of transducers that are listened to
+SIDEWAYS = 0.35
 SIGMAS = 3.0  # [-] standard deviations that noise may be off by
 LATE = 0.015  # [-] times the decay time of errors: readings later than that change it
 NOISE = 0.05  # [m] ten times that of distances from a wall: a start below it shows no rate

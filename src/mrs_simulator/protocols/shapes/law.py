@@ -39,9 +39,8 @@ LEADERS = 2  # [-] robots that stand still under the law of bearings with leader
 FLAT = 1e-6  # [m] of a singular value of points, below which they lie in fewer dimensions
 FAR = 1e-3  # [-] by which a bearing between leaders may be off
 RIGID = 1e-6  # [-] of the largest eigenvalue, below which a mode leaves lengths as they are
-LINEAR = (
-    1e-2  # [-] of the squares of lengths, by which they may be off where modes decay one by one
-)
+# [-] of the squares of lengths, by which they may be off where modes decay one by one
+LINEAR = 1e-2
 AT_REST = 1e-3  # [-] of the edges' terms, of which less is left where they cancel
 ALIKE = 1e-6  # [-] by which eigenvalues of one mode may differ
 

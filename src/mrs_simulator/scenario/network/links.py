@@ -147,11 +147,8 @@ def read_links(top, others):
     )
     section.done()
     if links.symmetric and not links.loss.is_symmetric(n):
-        raise ScenarioError(
-            "{}: true, but loss differs between the two directions of an edge".format(
-                section.at("symmetric")
-            )
-        )
+        text = "{}: true, but loss differs between the two directions of an edge"
+        raise ScenarioError(text.format(section.at("symmetric")))
     return links
 
 

@@ -78,9 +78,6 @@ def read_environment(top, others):
     parts = zip((top, wind, waves), (CURRENT, WIND, WAVES))
     environment = Environment(*(v for part, keys in parts for v in part.values(keys).values()))
     if environment.gusts and environment.wind == (0.0, 0.0):
-        raise ScenarioError(
-            "{}: {:g} m/s without wind, whose direction they have; wanted {}, or 0".format(
-                wind.at("gusts"), environment.gusts, wind.at("velocity")
-            )
-        )
+        text = "{}: {:g} m/s without wind, whose direction they have; wanted {}, or 0"
+        raise ScenarioError(text.format(wind.at("gusts"), environment.gusts, wind.at("velocity")))
     return environment

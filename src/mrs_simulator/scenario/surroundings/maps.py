@@ -62,10 +62,9 @@ def read_map(top):
     file = section.text("file")
     ending = os.path.splitext(file)[1].lower()
     if ending not in (LINES, *SERVED, *IMAGES):
+        text = "{}: {}, wanted a file that ends in {}"
         raise ScenarioError(
-            "{}: {}, wanted a file that ends in {}".format(
-                section.at("file"), shown(file), ", ".join((LINES, *SERVED, *IMAGES))
-            )
+            text.format(section.at("file"), shown(file), ", ".join((LINES, *SERVED, *IMAGES)))
         )
     size = tuple(section.numbers("size", 2)) if ending in IMAGES else ()
     for length in size:

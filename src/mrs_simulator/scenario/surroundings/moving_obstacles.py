@@ -7,9 +7,8 @@ import numpy as np
 from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, shown
 
 MOST_SPEED = 20.0  # [m/s]
-CLOCK_START = (
-    1.0  # [s] of a stage's clock as its scene begins: zero would mean that there is no time yet
-)
+# [s] of a stage's clock as its scene begins: zero would mean that there is no time yet
+CLOCK_START = 1.0
 
 
 class Track(NamedTuple):

@@ -20,11 +20,8 @@ def read_obstacles(top):
     for index, item in enumerate(given):
         obstacle = _read_obstacle(item, "{}[{}]".format(top.at("obstacles"), index), index)
         if obstacle.name in names:
-            raise ScenarioError(
-                "{}[{}]: the name {} is taken".format(
-                    top.at("obstacles"), index, shown(obstacle.name)
-                )
-            )
+            text = "{}[{}]: the name {} is taken"
+            raise ScenarioError(text.format(top.at("obstacles"), index, shown(obstacle.name)))
         if ROBOT.fullmatch(obstacle.name):
             raise ScenarioError(
                 "{}[{}].name: {} is a robot's, wanted another one".format(

@@ -59,12 +59,11 @@ def extend_poses(poses, n, min_distance=1.5, size=20.0, seed=0):
             if not count or squared.min() >= min_distance**2:
                 break
         else:
-            raise ValueError(
+            text = (
                 "random layout: no room for robot {} of {} at {:g} m from the others in a square "
-                "of {:g} m; wanted a larger size or fewer robots".format(
-                    count + 1, n, min_distance, size
-                )
+                "of {:g} m; wanted a larger size or fewer robots"
             )
+            raise ValueError(text.format(count + 1, n, min_distance, size))
         result[count] = position[0], position[1], draw.uniform(-np.pi, np.pi)
     return np.ascontiguousarray(result)
 

@@ -50,11 +50,8 @@ def _read_own_kinds(top):
     fits = isinstance(given, dict) and all(isinstance(name, str) for name in given)
     for name, content in given.items() if fits else ():
         if not isinstance(content, dict) or name.endswith(KIND_FILES):
-            raise ScenarioError(
-                "{}.{}: {}, wanted a name, and a mapping such as {{base: {}}}".format(
-                    top.at("kinds"), name, shown(content), DEFAULT_KIND
-                )
-            )
+            text = "{}.{}: {}, wanted a name, and a mapping such as {{base: {}}}"
+            raise ScenarioError(text.format(top.at("kinds"), name, shown(content), DEFAULT_KIND))
     if not fits:
         raise ScenarioError("{}: {}, wanted a mapping".format(top.at("kinds"), shown(given)))
     return given
@@ -68,11 +65,8 @@ def _read_groups(top, seed):
     """
     given = top.take("groups")
     if not isinstance(given, list) or not given:
-        raise ScenarioError(
-            "{}: {}, wanted a list of {{number, kind, layout or poses}}".format(
-                top.at("groups"), shown(given)
-            )
-        )
+        text = "{}: {}, wanted a list of {{number, kind, layout or poses}}"
+        raise ScenarioError(text.format(top.at("groups"), shown(given)))
     for key in ("poses", "model", "kind"):
         if top.has(key):
             raise ScenarioError("{}: given beside groups, wanted one of them".format(top.at(key)))

@@ -41,11 +41,8 @@ def read_sensor_changes(top, kinds, groups=()):
     ]
     given = top.take("sensors", [])
     if not isinstance(given, list):
-        raise ScenarioError(
-            "{}: {}, wanted a list of {{robots, kind, mounts}}".format(
-                top.at("sensors"), shown(given)
-            )
-        )
+        text = "{}: {}, wanted a list of {{robots, kind, mounts}}"
+        raise ScenarioError(text.format(top.at("sensors"), shown(given)))
     for index, item in enumerate(given):
         section = Section(item, "{}[{}]".format(top.at("sensors"), index))
         changes.append(_read_change(section, kinds))
@@ -74,11 +71,8 @@ def _numbers(section, n):
     numbers = given if isinstance(given, list) else [given]
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= n:
-            raise ScenarioError(
-                "{}: {}, wanted robots' numbers from 1 to {}".format(
-                    section.at("robots"), shown(number), n
-                )
-            )
+            text = "{}: {}, wanted robots' numbers from 1 to {}"
+            raise ScenarioError(text.format(section.at("robots"), shown(number), n))
     return tuple(numbers)
 
 
@@ -86,11 +80,8 @@ def _mounts(section, key):
     given = section.take(key)
     fits = isinstance(given, dict) and all(isinstance(name, str) for name in given)
     if not fits or not all(mount is None or isinstance(mount, dict) for mount in given.values()):
-        raise ScenarioError(
-            "{}: {}, wanted a mapping such as {{sonar: {{rate: 5}}, laser: null}}".format(
-                section.at(key), shown(given)
-            )
-        )
+        text = "{}: {}, wanted a mapping such as {{sonar: {{rate: 5}}, laser: null}}"
+        raise ScenarioError(text.format(section.at(key), shown(given)))
     return given
 
 

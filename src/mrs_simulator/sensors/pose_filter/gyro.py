@@ -18,10 +18,8 @@ class Gyro:
     def __init__(self, mount, step):
         """``mount`` of the inertial sensor; ``step`` [s] of the world."""
         noise = dict(mount.noise).get("rate", NOISELESS)
-        self.name, self._period = (
-            mount.name,
-            max(steps_between(mount.rate, step) * step, 1.0 / mount.rate),
-        )
+        self.name = mount.name
+        self._period = max(steps_between(mount.rate, step) * step, 1.0 / mount.rate)
         self._reach = int(round(1e9 * self._period))  # [ns]
         self._variance = white(noise)
         self.first, self.walks = [offset(noise)], [noise.bias_walk**2]

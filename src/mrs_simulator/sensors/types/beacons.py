@@ -13,9 +13,8 @@ from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 
-TOUCH = (
-    1e-9  # [m] by which a body before a beacon must be nearer to hide it, not that which bears it
-)
+# [m] by which a body before a beacon must be nearer to hide it, not that which bears it
+TOUCH = 1e-9
 MOST = 1000  # [-] beacons of one sensor
 FARTHEST = 1e6  # [m] from the common frame's origin
 

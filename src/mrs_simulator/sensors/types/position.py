@@ -90,11 +90,8 @@ class Gps(Sensor):
         """Return the ``GpsSettings`` in a mount's ``section``."""
         given, where = section.take("origin", [0.0, 0.0, 0.0]), section.at("origin")
         if not isinstance(given, list) or len(given) != 3:
-            raise ScenarioError(
-                "{}: {}, wanted [latitude, longitude, altitude], deg and m".format(
-                    where, shown(given)
-                )
-            )
+            text = "{}: {}, wanted [latitude, longitude, altitude], deg and m"
+            raise ScenarioError(text.format(where, shown(given)))
         high = math.radians(89.0), math.pi, 1e5
         degrees = [each if isinstance(each, str) else None for each in given[:2]]
         for k, most in enumerate((89.0, 180.0)):

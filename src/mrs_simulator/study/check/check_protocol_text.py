@@ -12,11 +12,8 @@ MOST_LINES = 8  # of failures of one kind
 
 def report_text(report):
     """Return ``report`` as text: the law as it is, its claims, the mistakes put in, and a last word."""
-    lines = [
-        "{}: {} runs of the law as it is, {} mistakes put in, {:.1f} s".format(
-            report.name, len(report.trials), len(report.caught), report.seconds
-        )
-    ]
+    text = "{}: {} runs of the law as it is, {} mistakes put in, {:.1f} s"
+    lines = [text.format(report.name, len(report.trials), len(report.caught), report.seconds)]
     lines += _as_it_is(report) + _claims(report) + _mistakes(report) + _false_claims(report)
     lines += ["", _last_word(report)]
     return "\n".join(lines)
@@ -28,12 +25,8 @@ def _as_it_is(report):
         for t in report.trials
         if t.raised or (t.judged and (report.claims_judged(t) or t.failures()))
     ]
-    lines = [
-        "",
-        "The law as it is: {} of {} runs of which theory speaks passed.".format(
-            len(spoken) - len(report.failed), len(spoken)
-        ),
-    ]
+    text = "The law as it is: {} of {} runs of which theory speaks passed."
+    lines = ["", text.format(len(spoken) - len(report.failed), len(spoken))]
     for trial in report.failed[:MOST_LINES]:
         lines.append("  FAILED on {}:".format(trial.setting))
         lines += [

@@ -50,11 +50,8 @@ class Animation:
         """
         frames = int(round(seconds * rate)) if 0.0 < seconds * rate <= MOST_FRAMES else 0
         if frames < 1 or not len(run.time):
-            raise LookError(
-                "an animation of {:g} s at {:g} Hz, of {} samples: wanted from 1 to {} frames".format(
-                    seconds, rate, len(run.time), MOST_FRAMES
-                )
-            )
+            text = "an animation of {:g} s at {:g} Hz, of {} samples: wanted from 1 to {} frames"
+            raise LookError(text.format(seconds, rate, len(run.time), MOST_FRAMES))
         self.run, self.rate, self.width, self._stage = run, rate, width, stage or Stage
         last = len(run.time) - 1
         self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))

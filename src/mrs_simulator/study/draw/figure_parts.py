@@ -21,9 +21,8 @@ MOST_IN_LEGEND = 12  # above it a colour bar distinguishes robots
 MOST_IN_LEGEND_ROW = 6
 ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
 CHARACTER = 0.065  # [in] of a long one
-MOST_LINES = (
-    MOST_IN_LEGEND  # above it one artist draws all: each artist costs milliseconds in every file
-)
+# above it one artist draws all: each artist costs milliseconds in every file
+MOST_LINES = MOST_IN_LEGEND
 MOST_POINTS_PER_LINE = 2000
 MOST_POINTS = 60000  # over all lines of one panel
 

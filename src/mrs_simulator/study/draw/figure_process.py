@@ -18,9 +18,8 @@ from mrs_simulator.control.worker_process import guarded
 from mrs_simulator.record.recording import MOST_KEPT, Kept
 
 PROCESSES = 2
-MOST_FIGURES = (
-    6  # [-] beside certificates, of a run in space; what a run does not have takes no time
-)
+# [-] beside certificates, of a run in space; what a run does not have takes no time
+MOST_FIGURES = 6
 ENDED = "the process that draws figures ended before it had drawn them"
 
 

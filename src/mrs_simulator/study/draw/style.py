@@ -81,11 +81,8 @@ def _parameters(style):
     elif os.path.isfile(style):
         given = matplotlib.rc_params_from_file(style, use_default_template=False)
     else:
-        raise LookError(
-            "style {!r}: neither a file nor a style of matplotlib ({}, ...)".format(
-                style, ", ".join(named_styles.available[:3])
-            )
-        )
+        text = "style {!r}: neither a file nor a style of matplotlib ({}, ...)"
+        raise LookError(text.format(style, ", ".join(named_styles.available[:3])))
     try:
         return dict(matplotlib.RcParams(given))
     except (KeyError, ValueError) as error:

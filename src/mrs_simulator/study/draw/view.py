@@ -46,11 +46,8 @@ def _play(run, seconds):
     from mrs_simulator.study.draw.animation import Animation, Stage
 
     if plt.get_backend().lower() not in {name.lower() for name in interactive_bk}:
-        raise LookError(
-            "matplotlib's backend {} opens no window; wanted a display, or --save FILE.gif".format(
-                plt.get_backend()
-            )
-        )
+        text = "matplotlib's backend {} opens no window; wanted a display, or --save FILE.gif"
+        raise LookError(text.format(plt.get_backend()))
     rows = Animation(run, seconds, RATE).rows
     stage = Stage(run, figure=plt.figure(run.scenario.title if run.scenario else "Run"))
     playing = FuncAnimation(stage.figure, stage.show, frames=rows, interval=1000.0 / RATE)

@@ -181,11 +181,8 @@ def read_run(path, scenario_file=None):
     else:
         run = read_run_csv(path, scenario)
     if scenario is not None and len(run.robots) != scenario.n:
-        raise RunError(
-            "{}: {} robots, but the scenario {} has {}; wanted the run's own, by --scenario".format(
-                path, len(run.robots), scenario_file, scenario.n
-            )
-        )
+        text = "{}: {} robots, but the scenario {} has {}; wanted the run's own, by --scenario"
+        raise RunError(text.format(path, len(run.robots), scenario_file, scenario.n))
     return run
 
 

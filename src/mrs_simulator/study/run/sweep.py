@@ -42,9 +42,8 @@ UNITS = {
     "links.switching.dwell": "s",
 }
 PART = re.compile(r"^(\d+)/(\d+)$")
-TABLE_EVERY = (
-    1.0  # [s] of wall time at least between two writings of the table, which grows with the runs
-)
+# [s] of wall time at least between two writings of the table, which grows with the runs
+TABLE_EVERY = 1.0
 CONFIDENCE = 0.95  # of intervals
 SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"

@@ -148,8 +148,5 @@ def _ended(distributed, client, futures, scheduler):
         except distributed.TimeoutError:
             alone = 0.0 if client.scheduler_info()["workers"] else alone + POLL
         if alone >= WORKER_LIMIT:
-            raise SweepError(
-                "--scheduler {}: no worker for {:g} s; what has ended is kept".format(
-                    scheduler, alone
-                )
-            )
+            text = "--scheduler {}: no worker for {:g} s; what has ended is kept"
+            raise SweepError(text.format(scheduler, alone))

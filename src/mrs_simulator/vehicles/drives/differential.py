@@ -74,11 +74,8 @@ def _read_skid(section):
     given = [key for key in keys if section.has(key)]
     if len(given) == 1:
         missing = keys[1 - keys.index(given[0])]
-        raise ScenarioError(
-            "{}: {}, wanted with {} (four wheels), or neither (two)".format(
-                section.at(missing), shown(None), given[0]
-            )
-        )
+        text = "{}: {}, wanted with {} (four wheels), or neither (two)"
+        raise ScenarioError(text.format(section.at(missing), shown(None), given[0]))
     if not given:
         return {key: section.take(key, 0.0) for key in keys}
     return {key: section.quantity(key, "m", above=0.0, high=100.0) for key in keys}

@@ -68,11 +68,9 @@ def upright_share(attitude):
 
 def acting(flight, numbers):
     """Return what is ``Acting`` on robots in the state ``flight``."""
-    wrench, rates, inertia = (
-        wrench_of(flight.rotors, numbers).T,
-        flight.rates.T,
-        parts(numbers.inertia),
-    )
+    wrench = wrench_of(flight.rotors, numbers).T
+    rates = flight.rates.T
+    inertia = parts(numbers.inertia)
     momentum = inertia * rates
     # An axis' part of w x J w: of the two after it.
     gyroscopic = rates[NEXT] * momentum[AFTER] - rates[AFTER] * momentum[NEXT]

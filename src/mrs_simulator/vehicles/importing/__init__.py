@@ -47,11 +47,8 @@ def read_request(content, where, directory):
     drive = section.text("drive", choices=DRIVES) if section.has("drive") else None
     section.take("drive")
     if drive is not None and controller is not None:
-        raise ScenarioError(
-            "{}: {}, and a controller is given, wanted one of them".format(
-                section.at("drive"), shown(drive)
-            )
-        )
+        text = "{}: {}, and a controller is given, wanted one of them"
+        raise ScenarioError(text.format(section.at("drive"), shown(drive)))
     section.take("controller"), section.take("controller_name")
     section.done()
     if name is not None and controller is None:

@@ -102,11 +102,8 @@ def note_held(description, driven, notes):
     """Add to ``notes`` the joints that are held: all but those called ``driven``."""
     for joint in description.joints.values():
         if joint.type != "fixed" and joint.name not in driven:
-            notes.append(
-                "{}: joint {} ({}) is held at 0".format(
-                    description.where, shown(joint.name), joint.type
-                )
-            )
+            text = "{}: joint {} ({}) is held at 0"
+            notes.append(text.format(description.where, shown(joint.name), joint.type))
 
 
 class Side:
@@ -148,11 +145,8 @@ def wheel_radius(description, facts, sides, notes):
         )
     radius = facts.radius if facts.radius is not None else float(np.mean(drawn))
     if drawn and abs(np.mean(drawn) - radius) > OFF * radius:
-        notes.append(
-            "{}: the wheels' radius is {:g} m, but their collision shapes have {:g} m".format(
-                facts.source, radius, np.mean(drawn)
-            )
-        )
+        text = "{}: the wheels' radius is {:g} m, but their collision shapes have {:g} m"
+        notes.append(text.format(facts.source, radius, np.mean(drawn)))
     return float(radius * facts.radius_factor)
 
 
@@ -160,11 +154,8 @@ def _spacing(facts, wheels, notes):
     """Return how far [m] left and right wheels are apart: as the drive says, else as they stand."""
     spacing = wheels.track if facts.track is None else facts.track
     if abs(spacing - wheels.track) > OFF * wheels.track:
-        notes.append(
-            "{}: the track is {:g} m, but the wheels stand {:g} m apart".format(
-                facts.source, spacing, wheels.track
-            )
-        )
+        text = "{}: the track is {:g} m, but the wheels stand {:g} m apart"
+        notes.append(text.format(facts.source, spacing, wheels.track))
     return float(spacing)
 
 
@@ -205,11 +196,8 @@ def above_ground(shapes, radius, notes):
     for shape in shapes:
         below = -radius - extent([shape])[0][2]
         if below > BELOW * radius:
-            raise ScenarioError(
-                "{}: reaches {:.3g} m below the wheels' lowest point, wanted above it".format(
-                    shape.where, below
-                )
-            )
+            text = "{}: reaches {:.3g} m below the wheels' lowest point, wanted above it"
+            raise ScenarioError(text.format(shape.where, below))
         if below > 0.0:
             raised = shape.transform.copy()
             raised[2, 3] += below
@@ -227,11 +215,8 @@ def masses_of(description, base, sides, radius, given, where, notes):
     if given.get("mass") is not None:
         wanted = quantity(given["mass"], "kg", where + ": mass", above=0.0)
     elif total <= 0.0:
-        raise ScenarioError(
-            "{}: no link has a mass; wanted <inertial> tags, or the key mass".format(
-                description.where
-            )
-        )
+        text = "{}: no link has a mass; wanted <inertial> tags, or the key mass"
+        raise ScenarioError(text.format(description.where))
     if base.mass <= 0.0:
         base = _block(wanted * (1.0 - len(sides) * WHEEL_SHARE), radius)
         notes.append(
@@ -321,12 +306,11 @@ def _limits(description, facts, wheels, radius, track, given, where):
     result = {}
     for axis, unit, top, acceleration in zip(AXES, UNITS, tops, accelerations):
         if top is None and not is_given(given, "limits", "firmware", axis, "max"):
-            raise ScenarioError(
+            text = (
                 "{}: limits.firmware.{}.max: nothing given, and neither {} nor the wheel joints' "
-                "limit velocity gives it; wanted a number [{}]".format(
-                    where, axis, facts.source, unit
-                )
+                "limit velocity gives it; wanted a number [{}]"
             )
+            raise ScenarioError(text.format(where, axis, facts.source, unit))
         found = {"max": top, "acceleration": acceleration}
         result[axis] = {key: value for key, value in found.items() if value is not None}
     return result

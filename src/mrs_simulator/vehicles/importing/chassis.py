@@ -59,11 +59,8 @@ def find_wheels(description, facts, notes):
             "left)".format(where, left[1], right[1])
         )
     if np.abs(left - right)[[0, 2]].max() > UNEVEN * track:
-        raise ScenarioError(
-            "{}: {:g} m apart along x and {:g} m along z; wanted one axle".format(
-                where, abs(left[0] - right[0]), abs(left[2] - right[2])
-            )
-        )
+        text = "{}: {:g} m apart along x and {:g} m along z; wanted one axle"
+        raise ScenarioError(text.format(where, abs(left[0] - right[0]), abs(left[2] - right[2])))
     return Wheels(
         0.5 * (left + right),
         float(track),
@@ -85,11 +82,8 @@ def _wheelbase(description, sides):
 def _check_wheel(description, joint, names, notes):
     where = "{}: joint {}".format(description.where, shown(joint.name))
     if joint.type not in TURNING:
-        raise ScenarioError(
-            "{}: type {}, wanted one of {} for a driven wheel".format(
-                where, joint.type, ", ".join(TURNING)
-            )
-        )
+        text = "{}: type {}, wanted one of {} for a driven wheel"
+        raise ScenarioError(text.format(where, joint.type, ", ".join(TURNING)))
     axis = description.places[joint.child][:3, :3] @ joint.axis
     if abs(axis[1]) < 1.0 - ASKEW:
         raise ScenarioError(

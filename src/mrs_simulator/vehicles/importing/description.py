@@ -220,11 +220,8 @@ def _root(links, joints, where):
             if name not in links:
                 raise ScenarioError(unknown_name(at + ": link", name, links))
         if joint.child in parents:
-            raise ScenarioError(
-                "{}: link {} is the child of joint {}, too".format(
-                    at, shown(joint.child), shown(parents[joint.child])
-                )
-            )
+            text = "{}: link {} is the child of joint {}, too"
+            raise ScenarioError(text.format(at, shown(joint.child), shown(parents[joint.child])))
         parents[joint.child] = joint.name
     roots = [name for name in links if name not in parents]
     if len(roots) != 1:

@@ -58,12 +58,11 @@ def plugin_facts(description):
     ]
     if len(found) != 1:
         named = ", ".join(tag.where.rpartition(": ")[2] for _, tag in found) or "none"
-        raise ScenarioError(
+        text = (
             "{}: gazebo_ros drive plugins: {}; wanted one (lib{}.so or lib{}.so), or a "
-            "controller's file, or import: {{drive: ...}}".format(
-                description.where, named, DIFFERENTIAL, SKID_STEER
-            )
+            "controller's file, or import: {{drive: ...}}"
         )
+        raise ScenarioError(text.format(description.where, named, DIFFERENTIAL, SKID_STEER))
     kind, tag = found[0]
     acceleration, rate = _number(tag, ACCELERATION, low=0.0), _number(tag, RATE, low=0.0)
     return DriveFacts(

@@ -70,10 +70,8 @@ def pushed_text(name, base, wheels, radius):
     for wheel, place, axis, steered, (mass, part) in wheels:
         parent = "base_link"
         if steered:
-            parent, own = (
-                wheel + "_hinge",
-                Mass(mass.mass * HINGE, np.zeros(3), mass.inertia * HINGE),
-            )
+            parent = wheel + "_hinge"
+            own = Mass(mass.mass * HINGE, np.zeros(3), mass.inertia * HINGE)
             _link(robot, parent, own, Part((), ()))
             _joint(robot, parent, "base_link", place, (0.0, 0.0, 1.0), parent + "_joint")
             share = 1.0 - HINGE

@@ -227,11 +227,8 @@ def _steering(description, front, given, where):
     if math.isfinite(angle) and angle > 0.0:
         return dict(result, steering=min(angle, STEEPEST))
     if not is_given(given, "wheels", "steering"):
-        raise ScenarioError(
-            "{}: wheels.steering: nothing given, and joint {} has no limits; wanted an angle".format(
-                where, shown(hinges[0].name)
-            )
-        )
+        text = "{}: wheels.steering: nothing given, and joint {} has no limits; wanted an angle"
+        raise ScenarioError(text.format(where, shown(hinges[0].name)))
     return result
 
 
@@ -290,11 +287,8 @@ def _check_places(description, places, wanted):
     """Raise ``ScenarioError`` for wheels at ``places`` (w, 2) that are not where they are ``wanted``."""
     off = np.hypot(*(places - wanted).T)
     if off.max() > UNEVEN * np.hypot(*wanted.T).max():
-        raise ScenarioError(
-            "{}: wheels up to {:.3g} m off a circle or a rectangle about their centre".format(
-                description.where, off.max()
-            )
-        )
+        text = "{}: wheels up to {:.3g} m off a circle or a rectangle about their centre"
+        raise ScenarioError(text.format(description.where, off.max()))
 
 
 def quadrotor(description, packages, given, where):

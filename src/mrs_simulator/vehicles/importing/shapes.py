@@ -106,9 +106,8 @@ def _span(shape):
         half = np.full(3, shape.size[0])
     low, high = middle - half, middle + half
     if max(np.abs(low).max(), np.abs(high).max()) > LARGEST:
+        text = "{}: reaches {:.3g} m from the robot, wanted within {:g} m"
         raise ScenarioError(
-            "{}: reaches {:.3g} m from the robot, wanted within {:g} m".format(
-                shape.where, max(np.abs(low).max(), np.abs(high).max()), LARGEST
-            )
+            text.format(shape.where, max(np.abs(low).max(), np.abs(high).max()), LARGEST)
         )
     return low, high

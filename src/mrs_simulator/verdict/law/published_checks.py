@@ -193,10 +193,8 @@ def _of_drift(control, law, run):
     """
     if law.SEES != "now" or control.links.faults:
         return 0.0
-    rows, robots = (
-        _spread(samples_on_commands(control, run), _most_rows(law, run)),
-        robots_of(control),
-    )
+    rows = _spread(samples_on_commands(control, run), _most_rows(law, run))
+    robots = robots_of(control)
     memory, time = law.begin(run.hand[0]), run.time - run.time[0]
     worst = largest = 0.0
     for row in rows:
@@ -517,11 +515,9 @@ def filter_acted(control, run):
     """
     if not np.any(control.safety):
         return None
-    distance, speed, velocity = (
-        control.safety_filter.distance,
-        control.safety_filter.speed,
-        control.velocities(run),
-    )
+    distance = control.safety_filter.distance
+    speed = control.safety_filter.speed
+    velocity = control.velocities(run)
     for row in range(len(run.time) - 1, -1, -1):
         hand, u = run.hand[row], velocity[row]
         bounds = control.safety_filter.bounds(hand, run.time[row])

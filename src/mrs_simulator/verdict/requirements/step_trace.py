@@ -34,10 +34,8 @@ class StepTrace:
         state = stacked(self._states)
         if not state.has(HAND):
             state = state.replace(hand=hand_points(state.pose, control.l))
-        time, robots = (
-            np.round(state.time - begun, 9) if begun else state.time,
-            np.arange(1, scenario.n + 1),
-        )
+        time = np.round(state.time - begun, 9) if begun else state.time
+        robots = np.arange(1, scenario.n + 1)
         state = state.replace(time=time, robots=robots)
         run = Run(**vars(state), collisions=collisions, scenario=scenario)
         run.meta["readings"] = {key: _filled(rows) for key, rows in self._readings.items()}

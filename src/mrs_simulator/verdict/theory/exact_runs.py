@@ -94,11 +94,9 @@ class _Newest:
         known = self._of is not None and self._of() is control and self._asked[1] == law
         if not (known and all(map(np.array_equal, asked, self._asked[0]))):
             found = _exact_run(control, run)
-            self._of, self._asked, self._found = (
-                weakref.ref(control, self._forget),
-                (asked, law),
-                found,
-            )
+            self._of = weakref.ref(control, self._forget)
+            self._asked = (asked, law)
+            self._found = found
         return self._found and self._found._replace(scenario=run.scenario)
 
     def _forget(self, control):
@@ -238,10 +236,8 @@ def _moved(control, law, robots, time, advance):
     """
     wanted, time = _Wanted(control, law, robots), time - time[0]
     cut, row, now, count = np.zeros(robots.team.n), 0, 0.0, 0
-    late, ramped = (
-        np.zeros(robots.team.n, dtype=bool),
-        robots.is_ramped and not math.isinf(advance.step),
-    )
+    late = np.zeros(robots.team.n, dtype=bool)
+    ramped = robots.is_ramped and not math.isinf(advance.step)
     tiny = 1e-6 * control.period
     while True:
         before = wanted.memory

@@ -182,10 +182,8 @@ def _level_twist(run):
     twist = run.twist[0]
     if run.spatial is None:
         return twist, None
-    part, tilted = (
-        run.spatial.orientation[0],
-        np.column_stack([twist[:, :2], run.spatial.twist[0, :, 0]]),
-    )
+    part = run.spatial.orientation[0]
+    tilted = np.column_stack([twist[:, :2], run.spatial.twist[0, :, 0]])
     axis = part[:, :3]  # v + 2 w (q x v) + 2 q x (q x v) turns v by the quaternion (q, w)
     once = 2.0 * np.cross(axis, tilted)
     velocity = tilted + part[:, 3:] * once + np.cross(axis, once)

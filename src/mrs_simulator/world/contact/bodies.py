@@ -46,9 +46,8 @@ class Bodies:
         self._are_mirrored = self.mirrored.any()
         # Robots that a solver keeps apart from each other and from obstacles.
         self.solved = np.zeros(team.n, dtype=bool)
-        self.resting = (
-            None  # (n,) bool of those that a solver cannot move, since they stand; None: no robot
-        )
+        # (n,) bool of those that a solver cannot move, since they stand; None: no robot
+        self.resting = None
         self._is_plain = self.footprints.round is None and not (self._are_mirrored or obstacles)
         self._outlines = self.footprints.of_all(team.n)
         self._list = VerletList(2.0 * self.footprints.farthest)

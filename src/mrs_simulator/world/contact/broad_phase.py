@@ -30,9 +30,8 @@ class BroadPhase:
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
         self._list.clear()
-        self._room = self._way = (
-            0.0  # [m] that each may move before any two are near, and may have moved
-        )
+        # [m] that each may move before any two are near, and may have moved
+        self._room = self._way = 0.0
 
     def near(self, place, way, before):
         """Return the robots at ``place`` (n, 2) that are near something, (n,) bool; None for no robot.

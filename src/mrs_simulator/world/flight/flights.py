@@ -154,9 +154,6 @@ class Flights(Part):
             real = row in self._mirrored
             if not able or real:
                 which = "real one" if real else self._team.kinds[row].title
-                raise WorldError(
-                    "{}: robot{} is a {}; wanted a simulated robot that flies".format(
-                        what, row + 1, which
-                    )
-                )
+                text = "{}: robot{} is a {}; wanted a simulated robot that flies"
+                raise WorldError(text.format(what, row + 1, which))
         return rows

@@ -50,9 +50,8 @@ class ForcedMotion(KinematicMotion):
         """Put the robots at rest at ``poses`` (n, 3), in weather from its beginning."""
         super().reset(poses)
         self._reach = np.inf  # waves push harder than thrusters
-        self.efforts = (
-            None  # (n, 4) of thrusters commanded past the controllers, nan where not; None: nowhere
-        )
+        # (n, 4) of thrusters commanded past the controllers, nan where not; None: nowhere
+        self.efforts = None
         self._parts = {
             group.drive: self._part(group)
             for group in self.team.groups

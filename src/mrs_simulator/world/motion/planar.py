@@ -23,9 +23,8 @@ from mrs_simulator.world.motion.wheel_stances import Standing
 SUBSTEP, ITERATIONS = 1.0 / 240.0, 50  # [s], [-] of the solver, as pybullet has them untuned
 HELD = 10  # [-] steps that a robot is in the solver at least
 LEVEL = 0.01  # [rad] of tilt, and
-CALM = (
-    0.05  # [m/s, rad/s] of bouncing, rolling and pitching, below which it stands on all its wheels
-)
+# [m/s, rad/s] of bouncing, rolling and pitching, below which it stands on all its wheels
+CALM = 0.05
 WORTH = 2000  # [-] steps that take numpy as long as numba takes to load
 QUICKER = 0.5  # [m/s] by which a robot may become faster in a step
 

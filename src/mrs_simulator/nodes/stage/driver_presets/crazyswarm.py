@@ -124,11 +124,8 @@ class Drivers(PresetDrivers):
         now, rows = self.world.time, [row for row in rows if self._commanders[row].is_in(mask)]
         for row in rows:
             if self._commanders[row].is_streaming(now):
-                raise ValueError(
-                    "cf{} obeys setpoints: wanted none for 0.5 s, or notify_setpoints_stop".format(
-                        row + 1
-                    )
-                )
+                text = "cf{} obeys setpoints: wanted none for 0.5 s, or notify_setpoints_stop"
+                raise ValueError(text.format(row + 1))
         for row, state in zip(rows, self.states(rows)):
             one = self._commanders[row]
             if name == "takeoff":

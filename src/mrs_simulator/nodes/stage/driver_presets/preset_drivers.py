@@ -22,11 +22,8 @@ def refuse_without(scenario, preset, drive, wanted, fidelities):
     """Raise ``ValueError`` where no robot of ``scenario`` has the ``drive``, or the fidelity does not
     fit."""
     if scenario.fidelity not in fidelities:
-        raise ValueError(
-            "preset {}: fidelity {}, wanted {}".format(
-                preset, scenario.fidelity, " or ".join(fidelities)
-            )
-        )
+        text = "preset {}: fidelity {}, wanted {}"
+        raise ValueError(text.format(preset, scenario.fidelity, " or ".join(fidelities)))
     if not rows_of(Team.from_scenario(scenario), drive):
         raise ValueError(
             "preset {}: no robot is a {}; wanted one, such as {}".format(preset, drive, wanted)

@@ -16,9 +16,8 @@ class Form:
 
     TYPE = ""  # of sensor
     PUBLISHED = True  # whether the stage does
-    BY_DRIVERS = (
-        False  # whether drivers of real robots may publish it instead of what is listened to
-    )
+    # whether drivers of real robots may publish it instead of what is listened to
+    BY_DRIVERS = False
     SUFFIX = ""  # of the topic, after the mount's name
     FRAME = OWN
     MESSAGE = None

@@ -18,14 +18,11 @@ class ArmedMotion:
         """
         self.team, self._bases = team, bases
         self._mirrored = np.array(mirrored, dtype=int)
-        self._rest()
+        self.q = team.rest_joints[:, 1:].copy()
+        self.ended = np.zeros(self.q.shape, dtype=bool)
 
     def __getattr__(self, name):
         return getattr(self._bases, name)
-
-    def _rest(self):
-        self.q = self.team.rest_joints[:, 1:].copy()
-        self.ended = np.zeros(self.q.shape, dtype=bool)
 
     @property
     def efforts(self):
@@ -35,11 +32,6 @@ class ArmedMotion:
     @efforts.setter
     def efforts(self, efforts):
         self._bases.efforts = efforts
-
-    def reset(self, *given):
-        """Put the robots at rest at poses (n, 3), as the bases' motion takes them, arms at home."""
-        self._bases.reset(*given)
-        self._rest()
 
     def joints(self):
         """Return the drives' inner joints and the arms', (n, 1 + k) [rad]."""

@@ -34,6 +34,9 @@ class ArmedBodies(DynamicMotion):
         self._arm_joints = {}  # kind -> (indices of the arm's joints, index of the tool's link)
         self.grip = None  # what acts on tools and load before each of the solver's substeps
         super().__init__(team.bases, *arguments, **named)
+        for row, kind in enumerate(self.team.kinds):
+            if kind.arm is not None:
+                self.bend(self._bodies[row], kind, kind.arm.home)
 
     @property
     def client(self):
@@ -85,13 +88,6 @@ class ArmedBodies(DynamicMotion):
             forces=np.minimum(kind.arm.chain.effort, STRONGEST).tolist(),
             physicsClientId=self._client,
         )
-
-    def reset(self, poses):
-        """Put the robots at rest at ``poses`` (n, 3), arms at home."""
-        super().reset(poses)
-        for row, kind in enumerate(self.team.kinds):
-            if kind.arm is not None:
-                self.bend(self._bodies[row], kind, kind.arm.home)
 
     def _before_substep(self):
         if self.grip is not None:

@@ -45,11 +45,6 @@ class FlightContacts:
         self._client, self._bodies, self._near = None, {}, ()
         self._found = {}
 
-    def reset(self):
-        """To be called when robots were put to new places."""
-        self._list.clear()
-        self._found = {}
-
     def move_obstacles(self, obstacles):
         """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
         self._before, self._obstacles = self._obstacles, _solid(obstacles)

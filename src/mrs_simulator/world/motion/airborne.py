@@ -21,17 +21,9 @@ class AirborneMotion(KinematicMotion):
 
     def __init__(self, *arguments, z=None, **named):
         """As ``KinematicMotion``; ``z`` (n,) [m]: heights at which robots begin, by default 0."""
-        self._begin = z
         super().__init__(*arguments, **named)
-
-    def reset(self, poses, z=None):
-        """Put the robots at rest at ``poses`` (n, 3) and heights ``z`` (n,) [m], by default the first."""
-        super().reset(poses)
-        z = self._begin if z is None else z
         self.z = np.zeros(self.team.n) if z is None else np.array(z, dtype=float)
         self._risen = self._before = self.z
-        for flight in getattr(self, "_aloft", {}).values():
-            flight.close()
         self._aloft = {
             group.drive: self._flight_of(group, self.pose[group.rows], self.z[group.rows])
             for group in self.team.groups
@@ -104,7 +96,6 @@ class AirborneMotion(KinematicMotion):
         return [(*contact[:4], contact.z) for contact in self._contacts]
 
     def closest(self):
-        """Return the least distance [m] between two robots' centres now; inf for one robot."""
         return self._bodies.closest(self.pose, self.z)
 
     # What is done otherwise for robots that fly --------------------------------------------------
@@ -186,11 +177,9 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         return super()._separate()
 
     def detected_incidents(self):
-        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``scenario.incidents``."""
         return super().detected_incidents() + ForcedMotion.detected_incidents(self)
 
     def contacts(self):
-        """Return the contacts of the last step: ``(first, second, x, y, z)`` each."""
         wheeled = [(*contact, 0.0) for contact in self._wheeled_contacts()]
         touched = [contact for _, flight in self._flying() for contact in flight.contacts()]
         return wheeled + touched + super().contacts()

@@ -119,7 +119,7 @@ class DynamicMotion:
         self._plane = Bodies(self.team, obstacles, mirrored)
         for row in set(mirrored) & set(self._bodies):
             self._make_firm(row)
-        self.reset(poses)
+        self._begin(np.array(poses, dtype=float))
 
     def _populate(self, poses):
         """Put all robots onto the ground; ``_models`` knows their kinds from then on."""
@@ -219,23 +219,18 @@ class DynamicMotion:
             roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
             self._models[kind] = self._models[kind]._replace(height=position[2], tilt=(roll, pitch))
 
-    def reset(self, poses):
+    def _begin(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
-        poses = np.array(poses, dtype=float)
         for row, body in self._bodies.items():
             self._put(row, poses[row].tolist())
             for wheel in self._wheels[row]:
                 pybullet.resetJointState(body, wheel, 0.0, 0.0, physicsClientId=self._client)
         n = len(poses)
-        self._plane.moved_elsewhere()
         self.pose, self.twist = poses, np.zeros((n, 3))
         self._angles = np.zeros((n, 2))
         self._inner = [
             np.zeros((len(group.kinds), len(group.drive.AXES))) for group in self.team.groups
         ]
-        for forces in self._pushed:
-            if forces is not None:
-                forces.reset()
         self._driven = np.full((n, 2), np.nan)
         self._stood = 0
         self._drive(np.zeros((n, 2)))

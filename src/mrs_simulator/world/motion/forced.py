@@ -37,6 +37,12 @@ class ForcedMotion(KinematicMotion):
             environment=environment,
             errors=errors,
         )
+        self._reach = np.inf  # waves push harder than thrusters
+        # (n, 4) of thrusters commanded past the controllers, nan where not; None: nowhere
+        self.efforts = None
+        groups = self.team.groups
+        self._parts = {g.drive: self._part(g) for g in groups if g.drive.MEDIUM == "water"}
+        self._watched = [(g, self._parts[g.drive]) for g in groups if g.drive in self._parts]
 
     @property
     def wheeled(self):
@@ -46,29 +52,12 @@ class ForcedMotion(KinematicMotion):
     def _firm(self, mirrored):
         return list(mirrored) if self._wheeled is None else [*mirrored, *self._wheeled.rows]
 
-    def reset(self, poses):
-        """Put the robots at rest at ``poses`` (n, 3), in weather from its beginning."""
-        super().reset(poses)
-        self._reach = np.inf  # waves push harder than thrusters
-        # (n, 4) of thrusters commanded past the controllers, nan where not; None: nowhere
-        self.efforts = None
-        self._parts = {
-            group.drive: self._part(group)
-            for group in self.team.groups
-            if group.drive.MEDIUM == "water"
-        }
-        groups = self.team.groups
-        self._watched = [(g, self._parts[g.drive]) for g in groups if g.drive in self._parts]
-        if self._wheeled is not None:
-            self._wheeled.reset(self.pose)
-
     def _part(self, group):
         rows = np.arange(self.team.n)[group.rows]
         weather = Weather(self._environment, self.step, self._seed, rows)
         return ForcedGroup(group, weather, self.step)
 
     def place(self, rows, poses, twists):
-        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
         super().place(rows, poses, twists)
         if self._wheeled is not None:
             self._wheeled.place(rows, poses, twists)
@@ -80,7 +69,6 @@ class ForcedMotion(KinematicMotion):
             self._wheeled.move_obstacles(obstacles)
 
     def joints(self):
-        """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
         result = np.zeros(self.team.n)
         if self._wheeled is not None:
             result[self._wheeled.rows] = self._wheeled.joints()
@@ -155,7 +143,6 @@ class ForcedGroup:
         self._weather, self._step = weather, step
         self._state = group.drive.begin(len(group.kinds))
         self.detector = IncidentDetector(len(group.kinds), step)
-        weather.reset()
 
     def advance(self, pose, command, efforts=None):
         """Return the poses (m, 3) after a step from ``pose`` under ``command`` (m, axes).

@@ -92,10 +92,6 @@ class KinematicMotion:
         self._uneven = UnevenWheels.of(errors)
         if len(self._mirrored) or self._uneven:
             self._reach = np.inf
-        self.reset(np.asarray(poses, dtype=float))
-
-    def reset(self, poses):
-        """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float, order="F")
         # as ``place`` set them
         self._twist, self._mirrored_twist = None, np.zeros((len(self._mirrored), 3))
@@ -106,7 +102,6 @@ class KinematicMotion:
             for group in self.team.groups
         ]
         self._contacts = []
-        self._bodies.moved_elsewhere()
 
     def _firm(self, mirrored):
         """Return the rows of robots that give way to no other: the ``mirrored`` ones."""
@@ -356,10 +351,6 @@ class PointMassMotion:
         self.wheel_travel = [
             np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
         ]
-        self.reset(poses, z)
-
-    def reset(self, poses, z=None):
-        """Put the robots at rest at ``poses`` (n, 3) and heights ``z`` (n,) [m], by default 0."""
         self.pose = np.array(poses, dtype=float, order="F")
         self.twist = np.zeros_like(self.pose)
         self.z = None  # of a team on the ground

@@ -39,6 +39,13 @@ class PlanarMotion(DynamicMotion):
         casters, nor are pushed by wheel forces."""
         self._solid = [each for each in obstacles if not is_flat(each)]
         super().__init__(kinds, poses, obstacles, *arguments, **named)
+        self._since = np.zeros(self.team.n, dtype=int)  # steps in the solver
+        self._calm = np.zeros(self.team.n, dtype=bool)
+        self._counted = [  # by encoders of those that wheel forces push, [m]
+            np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
+        ]
+        self._sliding = [None] * len(self.team.groups)
+        self._divide()
 
     def _populate(self, poses):
         standing = Standing(list(dict.fromkeys(self.team.kinds)))
@@ -53,19 +60,6 @@ class PlanarMotion(DynamicMotion):
         )
         self._broad_phase = BroadPhase([stance.reach for stance in own], self._solid)
         self._radius = np.array([kind.numbers.radius for kind in self.team.kinds])
-
-    def reset(self, poses):
-        """Put the robots at rest at ``poses`` (n, 3)."""
-        self._take_out(list(self._bodies))
-        super().reset(poses)
-        self._broad_phase.moved_elsewhere()
-        self._since = np.zeros(self.team.n, dtype=int)  # steps in the solver
-        self._calm = np.zeros(self.team.n, dtype=bool)
-        self._counted = [  # by encoders of those that wheel forces push, [m]
-            np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
-        ]
-        self._sliding = [None] * len(self.team.groups)
-        self._divide()
 
     def _divide(self):
         """Divide robots into those in the solver, those that roll and those pushed in the plane."""
@@ -96,7 +90,6 @@ class PlanarMotion(DynamicMotion):
 
     @property
     def wheel_travel(self):
-        """Return how far the wheels of each group have rolled, a list of (m, encoders) [m]."""
         result = [counted.copy() for counted in self._counted]
         for group, travel in zip(self.team.groups, result):
             if group.drive.ENCODERS == 2:
@@ -104,7 +97,6 @@ class PlanarMotion(DynamicMotion):
         return self._counted_by(result)
 
     def move_obstacles(self, obstacles):
-        """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
         moving = [each for each in self._plane.obstacles if moves(each)]
         super().move_obstacles(obstacles)
         solid = [each for each in obstacles if not is_flat(each)]
@@ -261,7 +253,6 @@ class PlanarMotion(DynamicMotion):
             pybullet.removeBody(body, physicsClientId=self._client)
 
     def contacts(self):
-        """Return the contacts after the last step: ``(first, second, x, y)`` each."""
         return super().contacts() if self._bodies or len(self._mirrored) else []
 
 

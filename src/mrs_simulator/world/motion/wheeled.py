@@ -48,11 +48,6 @@ class WheeledPart:
         found[found == len(self.rows)] = 0
         return np.where(self.rows[found] == rows, found, -1)
 
-    def reset(self, poses):
-        """Put the robots at rest at their ``poses`` (n, 3), of the whole team."""
-        self.arm_rates[:] = 0.0
-        self._motion.reset(poses[self.rows])
-
     def place(self, rows, poses, twists):
         """Put mirrored robots ``rows`` (m,) of the team at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
         members = self._places(np.asarray(rows, dtype=int))

@@ -24,15 +24,10 @@ class Gusts:
 
     def __init__(self, deviation, time, step, seed, rows):
         """``deviation`` sigma [m/s]; ``time`` T [s]; ``step`` [s]; ``rows``: of the robots in the team."""
-        self._deviation, self._noise = deviation, RobotStreams(seed, rows, GUSTS)
+        self._deviation, self._noise = deviation, RobotStreams(seed, rows, GUSTS, 1)
         self._share = np.exp(-step / time)
         self._fresh = np.sqrt(1.0 - self._share**2)
-        self.reset()
-
-    def reset(self):
-        """Begin anew, as it is after a long time."""
-        self._noise.begin(1)
-        self.speed = self._deviation * self._noise.draw()[:, 0]
+        self.speed = self._deviation * self._noise.draw()[:, 0]  # as it is after a long time
 
     def advance(self):
         """Return the gusts (m,) [m/s] after a step."""
@@ -53,12 +48,8 @@ class Waves:
         steady = np.diag([1.0 / omega**2, 1.0])
         self._spread = np.sqrt(np.diag(steady))
         self._fresh = np.linalg.cholesky(steady - self._turn @ steady @ self._turn.T)
-        self._noise = RobotStreams(seed, rows, WAVES)
-        self.reset()
-
-    def reset(self):
-        """Begin anew, as it is after a long time."""
-        self._noise.begin(4)
+        self._noise = RobotStreams(seed, rows, WAVES, 4)
+        # As it is after a long time.
         self._state = self._draw() * self._spread[:, np.newaxis]  # (2, 2 m)
 
     def _draw(self):
@@ -97,12 +88,6 @@ class Weather:
         self._still = Disturbances(
             np.array(environment.current), np.tile(self._wind, (m, 1)), np.zeros((m, 2))
         )
-
-    def reset(self):
-        """Begin anew."""
-        for each in (self._gusts, self._waves):
-            if each is not None:
-                each.reset()
 
     def disturbances(self):
         """Return the ``Disturbances`` in the next step."""

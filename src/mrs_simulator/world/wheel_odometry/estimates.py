@@ -10,20 +10,6 @@ from mrs_simulator.world.part import Part
 from mrs_simulator.world.wheel_odometry.odometry import WHEEL_MISMATCH, WHEEL_SLIP, WheelOdometry
 
 
-def wheel_odometry(team, fidelity, seed, errors, step):
-    """Return the ``WheelOdometry`` of ``team``; ``errors``: ``OdometryErrors``, or None: built in."""
-    # wheels that roll in pybullet slip themselves
-    slips = fidelity == "kinematic" and errors is None
-    return WheelOdometry(
-        team,
-        mismatch=WHEEL_MISMATCH if slips else 0.0,
-        slip=WHEEL_SLIP if slips else 0.0,
-        seed=seed,
-        errors=errors,
-        step=step,
-    )
-
-
 class Estimates(Part):
     """Odometry of the robots that a ``motion`` moves: true poses, or those reckoned from their wheels."""
 
@@ -35,9 +21,11 @@ class Estimates(Part):
         self._starts, self._mirrored = starts, settings.mirrored
         self._wheels, self._by_wheels = None, by_wheels
         if by_wheels or errors is not None:
-            given = team, settings.fidelity, settings.seed, errors, clock.step_size
-            self._wheels = wheel_odometry(*given)
-            self._wheels.begin_at(starts[:, 2])
+            # wheels that roll in pybullet slip themselves
+            slips = settings.fidelity == "kinematic" and errors is None
+            noise = (WHEEL_MISMATCH, WHEEL_SLIP) if slips else (0.0, 0.0)
+            given = *noise, settings.seed, errors, clock.step_size
+            self._wheels = WheelOdometry(team, starts[:, 2], *given)
         self._aloft = np.flatnonzero(team.airborne)
         self._schedule = None
         if rate is not None:

@@ -8,29 +8,25 @@ BLOCK = 256  # [-] draws made at a time of each robot's stream
 class TeamStream:
     """One stream for all robots: what a robot draws depends on how many there are."""
 
-    def __init__(self, seed, n):
-        self._seed, self._n = seed, n
-
-    def begin(self, count):
-        """Begin anew; each draw is of ``count`` numbers for each robot."""
-        self._count, self._draw = count, np.random.default_rng(self._seed)
+    def __init__(self, seed, n, count):
+        """Each draw is of ``count`` numbers for each of ``n`` robots."""
+        self._shape, self._draw = (n, count), np.random.default_rng(seed)
 
     def draw(self):
         """Return standard normal numbers, (n, count)."""
-        return self._draw.standard_normal((self._n, self._count))
+        return self._draw.standard_normal(self._shape)
 
 
 class RobotStreams:
     """A stream for each robot and sensor, independent of the rest of the team."""
 
-    def __init__(self, seed, rows, sensor):
-        """``rows``: of the robots in the team; ``sensor``: a number for each kind of sensor."""
-        self._keys = [(seed, int(row) + 1, sensor) for row in rows]
+    def __init__(self, seed, rows, sensor, count):
+        """``rows``: of the robots in the team; ``sensor``: a number for each kind of sensor.
 
-    def begin(self, count):
-        """Begin anew; each draw is of ``count`` numbers for each robot."""
+        Each draw is of ``count`` numbers for each robot.
+        """
         self._count, self._next = count, BLOCK
-        self._draws = [np.random.default_rng(key) for key in self._keys]
+        self._draws = [np.random.default_rng((seed, int(row) + 1, sensor)) for row in rows]
 
     def draw(self):
         """Return standard normal numbers, (m, count)."""

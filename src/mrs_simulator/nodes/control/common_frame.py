@@ -253,14 +253,12 @@ class LocalisedFrame(CommonFrame):
         return sorted(set(super().stale(now)).union(self._poses.stale(now, self.pose_timeout)))
 
     def refused(self):
-        """Return how many messages of each robot were refused, and why the newest were, in words."""
         counts, text = super().refused()
         more, reasons = self._poses.refused()
         texts = filter(None, (text, _named(reasons, self.WHAT)))
         return [a + b for a, b in zip(counts, more)], "; ".join(texts)
 
     def doubled(self):
-        """Return ``{topic: [nodes]}`` of the robots' topics on which several nodes publish."""
         return {**super().doubled(), **self._poses.doubled()}
 
     def jumped(self):

@@ -48,7 +48,6 @@ class EventTriggeredConsensus(Remembering):
     JUMPS = True
 
     def published(self):
-        """Return the law as published."""
         return EventTriggered(weights_of(self.topology), self.gain, self.sigma)
 
     def begin(self, hand):

@@ -59,12 +59,10 @@ class Consensus(AveragingLaw, PioneerControl):
     THRESHOLD = r"$\kappa T_c = 2/\lambda_{\max}$"
 
     def published(self):
-        """Return the law as published."""
         return Averaging(weights_of(self.topology), self.gain)
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         return difference_flow(self.gain, self.topology)
 
     def claims(self, start):

@@ -67,7 +67,6 @@ class Remembering(PioneerControl):
     _last = None  # [s] time of the last command
 
     def pointMassLaw(self, hand):
-        """Return the points' velocities, (n, d) [m/s]."""
         if self._last is None or self.time < self._last:
             self.start()
             self.begin(hand)
@@ -123,7 +122,6 @@ class DelayedConsensus(Solved):
     PARAMETERS = (GAIN, TAU)
 
     def published(self):
-        """Return the law as published."""
         return Delayed(weights_of(self.topology), self.gain, self.delay_steps)
 
     @property
@@ -179,7 +177,6 @@ class SecondOrderConsensus(Resumable):
     PARAMETERS = (DAMPING, PUSH, SEED)
 
     def published(self):
-        """Return the law as published."""
         draw = np.random.default_rng(self.seed).random((len(self.numbers), self.dimension))
         first = self.push * (2.0 * draw - 1.0)
         return SecondOrder(weights_of(self.topology), self.g, first, self.period)

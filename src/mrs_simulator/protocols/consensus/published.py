@@ -18,7 +18,6 @@ class Delayed(Published):
         return [start] * (self.steps + 1)
 
     def velocity(self, points, time, memory):
-        """Return ``(u, memory)``."""
         memory = memory[1:] + [points]
         return self.average.velocity(memory[0], time, None)[0], memory
 
@@ -58,7 +57,6 @@ class Switching(Published):
         self.draws, self.drawn = np.random.default_rng(seed), []
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         command = int(round(time / self.period))
         while len(self.drawn) <= command:
             count = len(self.edges) if self.symmetric else len(self.arcs)
@@ -116,7 +114,6 @@ class Resilient(Published):
         self.normal, self.speed, self.turn = normal, speed, turn
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         u = np.zeros_like(points)
         u[self.normal :, 0] = self.speed * np.cos(self.turn * time)
         u[self.normal :, 1] = self.speed * np.sin(self.turn * time)
@@ -143,7 +140,6 @@ class Noisy(Published):
         self.draws, self.drawn = np.random.default_rng(seed), []
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         command = int(round(time / self.period))
         while len(self.drawn) <= command:
             sizes = (len(points), len(self.arcs), len(points))

@@ -52,7 +52,6 @@ class ResilientConsensus(PioneerControl):
         return max(len(self.numbers) - self.adversaries, 0)
 
     def pointMassLaw(self, hand):
-        """Return the points' velocities, (n, d) [m/s]."""
         u = self.gain * resilient_consensus(hand, self.topology, self.F)
         angle = self.turn * self.time
         u[self.normal :] = 0.0

@@ -69,7 +69,6 @@ class StationKeeping(Integrating):
     )
 
     def published(self):
-        """Return the law as published."""
         stations = self.published_places() + [self.x, self.y]
         weights = weights_of(self._given_topology or self.topology)
         gains = self.gain, self.anchor, self.integral
@@ -180,7 +179,6 @@ class LineOfSight(Integrating):
     )  # fmt: skip
 
     def published(self):
-        """Return the law as published."""
         numbers = self.heading, self.speed, self.ahead, self.sigma
         return published.LineOfSight(
             self.published_places(), (self.x, self.y), numbers, self.period

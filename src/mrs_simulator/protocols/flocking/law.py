@@ -93,7 +93,6 @@ class Flocking(DoubleIntegrator):
     )
 
     def published(self):
-        """Return the law as published."""
         n, leader = len(self.numbers), level([self.leader_vx, self.leader_vy], self.dimension)
         first = random_directions(self.seed, n, self.start_speed, self.dimension)
         return AlphaGamma(
@@ -216,7 +215,6 @@ class CuckerSmale(DoubleIntegrator):
     )
 
     def published(self):
-        """Return the law as published."""
         n = len(self.numbers)
         first = random_directions(self.seed, n, self.start_speed, self.dimension)
         first[:, 0] += self.drift
@@ -349,7 +347,6 @@ class Vicsek(PioneerControl):
         self._headings = None
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         if self._headings is None:
             self._draw = np.random.default_rng(self.seed)
             self._headings = self._draw.uniform(-np.pi, np.pi, len(hand))

@@ -63,7 +63,6 @@ class AlphaGamma(Accelerated):
         return start.sum(axis=0) / len(start)
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, d) [m/s^2]."""
         a = -self.c1 * (points - rest - time * self.leader_velocity)
         a -= self.c2 * (v - self.leader_velocity)
         apart = points - points[:, np.newaxis]  # (n, n, d), of row i those from robot i
@@ -101,7 +100,6 @@ class CuckerSmale(Accelerated):
         self.gain, self.beta, self.reach = gain, beta, reach
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, d) [m/s^2]."""
         squared = ((points - points[:, np.newaxis]) ** 2).sum(axis=2)
         psi = (1.0 + squared / self.reach**2) ** -self.beta
         relative = v - v[:, np.newaxis]  # (n, n, d), of row i those relative to robot i
@@ -116,7 +114,6 @@ class Boids(Accelerated):
         self.radius, self.gains, self.speed = radius, gains, speed
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, d) [m/s^2]."""
         separation, alignment, cohesion = self.gains
         a = np.zeros_like(v)
         for i, point in enumerate(points):

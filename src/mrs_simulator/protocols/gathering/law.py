@@ -60,7 +60,6 @@ class Containment(LinearErrors, PioneerControl):
     )
 
     def published(self):
-        """Return the law as published."""
         n = len(self.numbers)
         return Averaging(weights_of(self.topology), self.gain, still=range(n - self.leaders, n))
 
@@ -74,7 +73,6 @@ class Containment(LinearErrors, PioneerControl):
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         return gathering_equations.containment_flow(self.gain, self.topology, self.leaders)
 
     def targets(self, hand):
@@ -156,7 +154,6 @@ class Rendezvous(PioneerControl):
     _pairs = None
 
     def published(self):
-        """Return the law as published."""
         return published.Rendezvous(self.gain, self.radius)
 
     def start(self):
@@ -170,7 +167,6 @@ class Rendezvous(PioneerControl):
 
     @flow_law
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         if self._pairs is None:
             self._pairs = gathering_equations.pairs_within(hand, self.radius)
             self.topology = self._edges(self._pairs)
@@ -258,12 +254,10 @@ class CyclicPursuit(PioneerControl):
     MEMORYLESS = True
 
     def published(self):
-        """Return the law as published."""
         return published.Pursuit(self.gain, self.angle)
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
         return gathering_equations.pursuit_flow(self.gain, len(self.numbers), self.angle)
 
     def claims(self, start):
@@ -382,8 +376,6 @@ class Coverage(PioneerControl):
     MEMORYLESS = True
 
     def published(self):
-        """Return the law as published."""
-
         def weight(x, y):
             away = (x - self.centre_x) ** 2 + (y - self.centre_y) ** 2
             density = np.exp(-0.5 * away / self.width**2) if self.density == "gaussian" else 1.0
@@ -432,7 +424,6 @@ class Coverage(PioneerControl):
         return values
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
         return self.gain * gathering_equations.coverage(hand, self._samples, self._density)
 
     def targets(self, hand):

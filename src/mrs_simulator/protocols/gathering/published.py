@@ -12,7 +12,6 @@ class Pursuit(Published):
         self.factor = gain * np.exp(1j * angle)
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         z = points[:, 0] + 1j * points[:, 1]
         u = self.factor * (np.append(z[1:], z[0]) - z)
         return np.column_stack([u.real, u.imag]), None
@@ -32,7 +31,6 @@ class Rendezvous(Published):
         return _distances(start) < self.radius
 
     def velocity(self, points, time, memory):
-        """Return ``(u, memory)``."""
         d = _distances(points)
         with np.errstate(divide="ignore"):  # at D itself the law is infinite
             share = np.where(memory, (2.0 * self.radius - d) / (self.radius - d) ** 2, 0.0)
@@ -51,7 +49,6 @@ class Coverage(Published):
         self.WORK = float(len(self.samples))
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         x, y = self.samples.T
         owner = np.array([(x - px) ** 2 + (y - py) ** 2 for px, py in points]).argmin(axis=0)
         u = np.zeros_like(points)

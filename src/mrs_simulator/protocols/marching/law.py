@@ -85,7 +85,6 @@ class Marching(Tracking, Shaped):
     )  # fmt: skip
 
     def published(self):
-        """Return the law as published."""
         places, weights = self.published_places(), weights_of(self._given_topology or self.topology)
 
         def wanted(time):
@@ -107,13 +106,11 @@ class Marching(Tracking, Shaped):
         self._path = _path_of(self.parameters)
 
     def wanted(self, time):
-        """Return the wanted places at ``time`` (m,) [s], (m, n, d) [m]."""
         time = self._begun + np.asarray(time, dtype=float)
         swing = 1.0 + self.swing * np.sin(2.0 * np.pi * time / self.swing_period)
         return laws.reference(self._path, self.places(), self.speed * time, swing, self.turning)
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         now, then = self.wanted([self.time, self.time + self.period])
         # The mean velocity while the command is held leaves no error of its own.
         velocity = (then - now) / self.period
@@ -122,7 +119,6 @@ class Marching(Tracking, Shaped):
         return laws.marching(hand, now, velocity, self.topology, self.gain, self.anchor)
 
     def targets(self, hand):
-        """Return where the robots are wanted now, (n, d) [m]."""
         now = self.wanted([self.time])[0]
         if self.anchor > 0.0:
             return now

@@ -51,7 +51,6 @@ class Platoon(Remembering):
     )
 
     def published(self):
-        """Return the law as published."""
         steps, both = int(round(self.tau / self.period)), self.delayed == "difference"
 
         def sway(time):

@@ -22,7 +22,6 @@ class Chain(Published):
         return [start] * (self.steps + 1), start
 
     def velocity(self, points, time, memory):
-        """Return ``(u, memory)``."""
         past, start = memory
         past = past[1:] + [points]
         late, u = past[0] - start, np.zeros_like(points)

@@ -101,7 +101,6 @@ class ArmedRobots(Robots):
             self.q = np.array(joints[:, 1:])
 
     def be_as(self, run, row):
-        """Be at rest where the robots of ``run`` are in the sample ``row``."""
         self.be(run.pose[row], run.hand[row], None if run.joints is None else run.joints[row])
 
     @property

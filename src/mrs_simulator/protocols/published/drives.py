@@ -204,7 +204,6 @@ class Cars(Unicycles):
         return self.z + ahead * np.exp(1j * self.theta)
 
     def angles_at(self, points, z, theta):
-        """Return the steering angles (m,) [rad] with which the points are at ``points`` (m,)."""
         return phase_of((points - z) * np.exp(-1j * theta) - self.numbers.wheelbase)
 
     def _columns(self):
@@ -242,7 +241,6 @@ class Cars(Unicycles):
         return np.where(goes, asked, self.steered)
 
     def velocities(self, command):
-        """Return the points' mean velocities, (m,) complex [m/s], while ``command`` is held."""
         rate = (self._asked(command) - self.steered) / self.period
         by_speed, by_steering = self._columns()
         return (command[:, 0] * by_speed + rate * by_steering) * np.exp(1j * self.theta)
@@ -390,7 +388,6 @@ class Quadrotors(Bases):
         return result
 
     def unicycle(self, command):
-        """Return ``(vx, omega)``, (m, 2)."""
         return command[:, [0, 3]]
 
     def excess(self, command):

@@ -114,7 +114,6 @@ class Averaging(Published):
         self._shares, self._total = shares, shares.sum(axis=1)[:, np.newaxis]
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         return self.velocities(points, time, memory), None
 
     def velocities(self, points, time, memory):

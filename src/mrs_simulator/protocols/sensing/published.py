@@ -20,7 +20,6 @@ class LimitedVisibility(Sensed):
         self.gain, self.radius, self.period = gain, radius, period
 
     def answers(self, record):
-        """Yield ``(row, u)``."""
         return locals_of(record, "neighbours", self._answer)
 
     def _answer(self, robot, seen):
@@ -75,7 +74,6 @@ class WallFollowing(Sensed):
         self.leads = leads
 
     def answers(self, record):
-        """Yield ``(row, u)``."""
         return locals_of(record, "sonar", self._answer)
 
     def _answer(self, robot, echoes):
@@ -110,7 +108,6 @@ class SensedFollowing(Sensed):
         self.first = complex(speed, turn * leads[0])
 
     def answers(self, record):
-        """Yield ``(row, u)``."""
         return locals_of(record, "neighbours", self._answer)
 
     def _answer(self, robot, seen):

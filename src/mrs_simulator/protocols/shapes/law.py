@@ -177,12 +177,10 @@ class DisplacementFormation(AveragingLaw, Shaped):
     NAMES = NAMES._replace(limit="distance from d + w^T (p(0) - d) [m]", kept="drift of w^T p [m]")
 
     def published(self):
-        """Return the law as published."""
         return Averaging(weights_of(self.topology), self.gain, self.published_places())
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         return laws.displacement_flow(self.gain, self.places(), self.topology)
 
     def targets(self, hand):
@@ -247,12 +245,10 @@ class DistanceFormation(Shaped):
     )  # fmt: skip
 
     def published(self):
-        """Return the law as published."""
         return Distances(weights_of(self.topology), self.gain, self.published_places())
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         return laws.distance_flow(self.gain, self.places(), self.topology)
 
     def targets(self, hand):
@@ -348,12 +344,10 @@ class BearingFormation(Shaped):
     )
 
     def published(self):
-        """Return the law as published."""
         return Bearings(weights_of(self.topology), self.gain, self.published_places())
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         return laws.bearing_flow(self.gain, self.places(), self.topology)
 
     def targets(self, hand):
@@ -455,13 +449,11 @@ class BearingLeaders(LinearErrors, Shaped):
     NAMES = NAMES._replace(limit="distance from the unique target [m]", kept="")
 
     def published(self):
-        """Return the law as published."""
         weights = weights_of(self.topology)
         return BearingsWithLeaders(weights, self.gain, self.published_places(), LEADERS)
 
     @flow_law
     def pointMassLaw(self):
-        """Return the hand points' velocities, (n, d) [m/s]."""
         return laws.leaders_flow(self.gain, self.places(), self.topology, LEADERS)
 
     def targets(self, hand):

@@ -15,7 +15,6 @@ class Distances(Published):
         self.wanted = np.sum((places[:, np.newaxis] - places) ** 2, axis=2)
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         apart = points[:, np.newaxis] - points
         pull = self.weights * (np.sum(apart**2, axis=2) - self.wanted)
         return -self.gain * np.einsum("ij,ijk->ik", pull, apart), None
@@ -28,7 +27,6 @@ class Bearings(Published):
         self.weights, self.gain, self.wanted = weights, gain, _unit(places)
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         have, want = _unit(points), self.wanted
         across = want - np.sum(have * want, axis=2, keepdims=True) * have
         return -self.gain * np.einsum("ij,ijk->ik", self.weights, across), None
@@ -42,7 +40,6 @@ class BearingsWithLeaders(Published):
         self.leaders = leaders
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         apart, want = points[:, np.newaxis] - points, self.wanted
         across = apart - np.sum(apart * want, axis=2, keepdims=True) * want
         u = -self.gain * np.einsum("ij,ijk->ik", self.weights, across)
@@ -62,7 +59,6 @@ class Marching(Published):
         self.wanted, self.period, self.blind = wanted, period, blind
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         now, then = self.wanted(time), self.wanted(time + self.period)
         ahead = np.where(self.blind[:, np.newaxis], 0.0, (then - now) / self.period)
         keep, _ = Averaging(self.weights, self.gain, now).velocity(points, time, None)

@@ -74,12 +74,10 @@ class Trajectory(Tracking, Shaped):
         self._curve = laws.minimum_snap(points, self.speed)
 
     def wanted(self, time):
-        """Return the wanted places at ``time`` (m,) [s], (m, n, d) [m]."""
         path = self._curve.at(self._begun + np.asarray(time, dtype=float))
         return path[:, np.newaxis] + self.places()
 
     def pointMassLaw(self, hand):
-        """Return the points' velocities, (n, d) [m/s]."""
         now, then = self.wanted([self.time, self.time + self.period])
         return laws.following(hand, now, (then - now) / self.period, self.gain)
 

@@ -78,7 +78,6 @@ class Battery(Sensor):
         )
 
     def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)
         self.begin()
 
@@ -87,7 +86,6 @@ class Battery(Sensor):
         self._charge, self._time = np.full(len(self._rows), self._settings.charge), None
 
     def read(self, state, environment, rng):
-        """Return the ``BatteryReading`` of all robots in ``rows``."""
         if self._time is not None:
             self._drain(state)
         self._time = state.time

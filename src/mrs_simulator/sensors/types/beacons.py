@@ -65,7 +65,6 @@ class Beacons(Sensor):
 
     @staticmethod
     def settings(section):
-        """Return the ``BeaconSettings`` in a mount's ``section``."""
         return BeaconSettings(
             _read_points(section),
             section.quantity("range", "m", 30.0, above=0.0),
@@ -80,7 +79,6 @@ class Beacons(Sensor):
         return len(settings.points)
 
     def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)
         self._points = np.array(mount.settings.points)
         self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]

@@ -49,7 +49,6 @@ class Bumper(Sensor):
 
     @staticmethod
     def settings(section):
-        """Return the ``BumperSettings`` in a mount's ``section``."""
         return BumperSettings(
             *(section.whole(key, 5, low=0, high=MOST) for key in ("front", "rear"))
         )
@@ -60,14 +59,12 @@ class Bumper(Sensor):
         return settings._asdict()
 
     def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)
         self._k = {"robot{}".format(row + 1): k for k, row in enumerate(rows.tolist())}
         bodies = [team.kinds[row].body for row in rows]
         self._ahead = np.array([0.5 * (body.front - body.rear) for body in bodies])
 
     def read(self, state, environment, rng):
-        """Return the ``BumperReading`` of all robots in ``rows``."""
         front, rear = (np.zeros((len(self._rows), count), dtype=bool) for count in self._settings)
         for first, second, x, y, *_ in state.contacts:
             for name in (first, second):

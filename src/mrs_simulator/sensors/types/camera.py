@@ -60,7 +60,6 @@ class Camera(Sensor):
 
     @staticmethod
     def settings(section):
-        """Return the ``CameraSettings`` in a mount's ``section``."""
         least, most = read_range(section, 0.05, 30.0)
         return CameraSettings(
             section.whole("width", 160, low=1, high=MOST),
@@ -75,12 +74,10 @@ class Camera(Sensor):
         )
 
     def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)
         self._place = mount.place
 
     def read(self, state, environment, rng):
-        """Return the ``CameraReading`` of all robots in ``rows``."""
         settings, pose = self._settings, state.pose[self._rows]
         place = carried(pose, np.array([self._place[:2]]))[:, 0]
         height = state.heights[self._rows] + self._place[2]

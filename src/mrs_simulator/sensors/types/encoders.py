@@ -49,6 +49,5 @@ class Encoders(Sensor):
         self._inside = np.searchsorted(own, rows)
 
     def read(self, state, environment, rng):
-        """Return the ``EncoderReading`` of all robots in ``rows``."""
         travel = state.travel[self._group][self._inside]
         return EncoderReading(state.time, rng.noisy(travel))

@@ -91,7 +91,6 @@ class Compass(Sensor):
     COLUMNS = {"heading": 1}
 
     def read(self, state, environment, rng):
-        """Return the ``CompassReading`` of all robots in ``rows``."""
         return CompassReading(state.time, wrap_angle(rng.noisy(state.pose[self._rows, 2])))
 
 
@@ -116,5 +115,4 @@ class Altimeter(Sensor):
     COLUMNS = {"height": 1}
 
     def read(self, state, environment, rng):
-        """Return the ``AltimeterReading`` of all robots in ``rows``."""
         return AltimeterReading(state.time, rng.noisy(state.heights[self._rows]))

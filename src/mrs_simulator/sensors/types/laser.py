@@ -53,7 +53,6 @@ class Laser(Ranging):
 
     @staticmethod
     def settings(section):
-        """Return the ``LaserSettings`` in a mount's ``section``."""
         least, most = read_range(section, 0.1, 10.0)
         rays = section.whole("rays", 181, low=1, high=MOST)
         first, last = _read_angles(section)

@@ -44,7 +44,6 @@ class MotionCapture(Sensor):
     RATE = 100.0
 
     def read(self, state, environment, rng):
-        """Return the ``PoseReading`` of all robots in ``rows``."""
         pose = state.pose[self._rows]
         x, y = rng.noisy(pose[:, :2], "position").T
         return PoseReading(state.time, x, y, wrap_angle(rng.noisy(pose[:, 2], "heading")))
@@ -87,7 +86,6 @@ class Gps(Sensor):
 
     @staticmethod
     def settings(section):
-        """Return the ``GpsSettings`` in a mount's ``section``."""
         given, where = section.take("origin", [0.0, 0.0, 0.0]), section.at("origin")
         if not isinstance(given, list) or len(given) != 3:
             text = "{}: {}, wanted [latitude, longitude, altitude], deg and m"
@@ -106,13 +104,11 @@ class Gps(Sensor):
         )
 
     def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)
         self._place, self._height = np.array([mount.place[:2]]), mount.place[2]
         self._origin = mount.settings.origin
 
     def read(self, state, environment, rng):
-        """Return the ``GpsReading`` of all robots in ``rows``."""
         place = carried(state.pose[self._rows], self._place)[:, 0]
         up = state.heights[self._rows] + self._height
         return GpsReading(

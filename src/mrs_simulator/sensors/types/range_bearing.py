@@ -65,7 +65,6 @@ class RangeBearing(Sensor):
 
     @staticmethod
     def settings(section):
-        """Return the ``RangeBearingSettings`` in a mount's ``section``."""
         return RangeBearingSettings(
             section.quantity("range", "m", 5.0, above=0.0),
             section.quantity("view", "rad", 2.0 * math.pi, above=0.0, high=2.0 * math.pi),
@@ -78,7 +77,6 @@ class RangeBearing(Sensor):
         return max(1, n - 1)
 
     def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
         super().__init__(mount, rows, team)
         self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]
         self._names = np.arange(1, team.n + 1)

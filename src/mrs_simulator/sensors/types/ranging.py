@@ -73,7 +73,6 @@ class Ranging(Sensor):
         return self._places
 
     def read(self, state, environment, rng):
-        """Return the ``RangeReading`` of all robots in ``rows``."""
         pose, (least, most) = state.pose[self._rows], (self._settings.least, self._settings.most)
         rays = Rays(
             carried(pose, self._origins),

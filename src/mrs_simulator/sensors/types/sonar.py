@@ -41,7 +41,6 @@ class Sonar(Ranging):
 
     @staticmethod
     def settings(section):
-        """Return the ``SonarSettings`` in a mount's ``section``."""
         least, most = read_range(section, 0.1, 5.0)
         cone = section.quantity(
             "cone", "rad", math.radians(30.0), low=0.0, high=math.radians(170.0)
@@ -67,7 +66,6 @@ class Sonar(Ranging):
         self._fired, self._ranges = None, None
 
     def read(self, state, environment, rng):
-        """Return the ``RangeReading`` of all robots in ``rows``."""
         reading, settings = super().read(state, environment, rng), self._settings
         if settings.turns == 1:
             return reading

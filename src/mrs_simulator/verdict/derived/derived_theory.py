@@ -34,7 +34,6 @@ class Affine(Published):
         self.matrix, self.constant = matrix, constant
 
     def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
         return self.velocities(points, time, memory), None
 
     def velocities(self, points, time, memory):

@@ -34,7 +34,6 @@ class Drivers(PresetDrivers):
     OFFERS = (Offer("ardrone_autonomy", "msg", ("Navdata",), ("ardrone/navdata",)),)
 
     def begin(self, rows):
-        """Begin anew with the robots ``rows``."""
         world = self.world
         kinds, step = world.team.kinds, world.step_size
         self._response = {row: flying.response(kinds[row], step) for row in rows}
@@ -95,7 +94,6 @@ class Drivers(PresetDrivers):
             self.world.set_commands(np.asarray(rows)[others], commands[others])
 
     def advance(self):
-        """Do what is due before the world's next step."""
         super().advance()
         world = self.world
         rows = [

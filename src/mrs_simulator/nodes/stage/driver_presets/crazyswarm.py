@@ -60,7 +60,6 @@ class Drivers(PresetDrivers):
         self._commanders = {row: Commander(kinds[row], step) for row in rows}
 
     def open_robot(self, row):
-        """Return the publishers, subscribers and services of robot ``row``."""
         name, one = "/cf{}/".format(row + 1), self._commanders[row]
         opened = [
             rospy.Publisher(name + "pose", PoseStamped, queue_size=1),
@@ -186,7 +185,6 @@ class Drivers(PresetDrivers):
             self.world.set_commands(np.asarray(rows)[own], commands[own])
 
     def advance(self):
-        """Do what is due before the world's next step."""
         super().advance()
         rows = [row for row, one in self._commanders.items() if one.active and not one.stopped]
         for row, state in zip(rows, self.states(rows) if rows else ()):

@@ -27,7 +27,6 @@ class Bumpers(Form):
         return BumperState(header, *(each.tolist() for each in item))
 
     def reading(self, message, stamp):
-        """Return the ``BumperReading``."""
         received = message.front_bumpers, message.rear_bumpers
         if tuple(map(len, received)) != tuple(self.mount.settings):
             text = "{} front and {} rear sections, but the mount has {} and {}"
@@ -92,7 +91,6 @@ class Inertia(Form):
         return message
 
     def reading(self, message, stamp):
-        """Return the ``ImuReading``."""
         force, rate = message.linear_acceleration, message.angular_velocity
         values = (force.x, force.y, force.z), (rate.x, rate.y, rate.z)
         return ImuReading(stamp, *map(np.array, values))
@@ -118,7 +116,6 @@ class Charge(Form):
         )
 
     def reading(self, message, stamp):
-        """Return the ``BatteryReading``."""
         return BatteryReading(stamp, message.voltage, message.percentage)
 
 

@@ -101,7 +101,6 @@ class RawDepths(Depths):
     FILLS = ()
 
     def message(self, item, header):
-        """Return the ``Image`` of a picture's depth."""
         depth = 1e3 * np.asarray(item[1])
         known = np.isfinite(depth) & (depth <= FARTHEST_RAW)
         millimetres = np.rint(np.where(known, depth, 0.0)).astype("<u2")
@@ -115,7 +114,6 @@ class Pinhole(CameraForm):
     SUFFIX = "_info"
 
     def message(self, item, header):
-        """Return the ``CameraInfo``."""
         numbers = self.mount.settings
         fx, fy, cx, cy = numbers.intrinsics
         return CameraInfo(

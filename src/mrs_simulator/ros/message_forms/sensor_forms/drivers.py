@@ -22,7 +22,6 @@ class Distances(Form):
     MESSAGE = SonarArray
 
     def reading(self, message, stamp):
-        """Return the ``RangeReading``."""
         places, numbers = places_of(self.mount), self.mount.settings
         received = np.asarray(message.ranges, dtype=float)
         if not len(received):
@@ -48,5 +47,4 @@ class P2osVoltage(Form):
     PROVIDES = ("voltage",)
 
     def reading(self, message, stamp):
-        """Return the ``BatteryReading``."""
         return BatteryReading(stamp, message.voltage, np.nan)

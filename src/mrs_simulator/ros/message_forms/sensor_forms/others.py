@@ -31,7 +31,6 @@ class Seen(Form):
         return range_bearing(header, *item)
 
     def reading(self, message, stamp):
-        """Return the ``RangeBearingReading``."""
         return RangeBearingReading(stamp, *read_range_bearing(message), self.mount.place[:2])
 
 

@@ -35,7 +35,6 @@ class Heading(Form):
         return message
 
     def reading(self, message, stamp):
-        """Return the ``CompassReading``."""
         field = message.magnetic_field
         return CompassReading(stamp, math.atan2(field.x, field.y))
 
@@ -54,7 +53,6 @@ class Height(Form):
         return message
 
     def reading(self, message, stamp):
-        """Return the ``AltimeterReading``."""
         return AltimeterReading(stamp, message.point.z)
 
 
@@ -99,7 +97,6 @@ class Tracked(Form):
         return message
 
     def reading(self, message, stamp):
-        """Return the ``PoseReading``."""
         place, turn = message.pose.position, message.pose.orientation
         return PoseReading(stamp, place.x, place.y, yaw(turn.x, turn.y, turn.z, turn.w))
 
@@ -120,5 +117,4 @@ class TrackedSurely(Tracked):
         return message
 
     def reading(self, message, stamp):
-        """Return the ``PoseReading``."""
         return super().reading(message.pose, stamp)

@@ -565,9 +565,77 @@ def test_a_widget_that_may_be_cut_off_does_not_ask_for_width(app):
     box.close()
 
 
-def test_the_button_that_runs_says_for_how_long(app, study):
-    shown(app, study, 1022, 700)
-    for duration, text in ((60.0, "Run 60 s"), (7.5, "Run 7.5 s"), (3600.0, "Run 3600 s")):
+def type_duration(study, text, key=Qt.Key_Return):
+    field = study.bar.duration
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClick(field, Qt.Key_Delete)
+    QTest.keyClicks(field, text)
+    QTest.keyClick(field, key)
+    study.status_line.show_possible()
+    return field
+
+
+@pytest.mark.parametrize(
+    "text, seconds", [("20", 20), ("7.5 s", 7.5), ("1.5min", 90), ("2 h", 7200), ("0.02", 0.02)]
+)
+def test_a_typed_duration_is_that_of_the_scenario_and_undone(app, study, text, seconds):
+    active(study, 1022, 700)
+    study.status_line.show_possible()
+    field, before = type_duration(study, text), 60.0
+    assert study.scenario.duration == seconds
+    assert field.text() == "{:g} s".format(seconds)
+    assert "duration: {}\n".format(float(seconds)) in study.save_settings()["scenario"]
+    study.bar.undo_asked.emit()
+    study.status_line.show_possible()
+    assert study.scenario.duration == before and field.text() == "60 s"
+    study.bar.redo_asked.emit()
+    assert study.scenario.duration == seconds
+
+
+@pytest.mark.parametrize(
+    "text, why",
+    [
+        ("1,5", "with a point in place of the comma"),
+        ("0", "wanted a number from 0.02 to 100000 [s]"),
+        ("0.01", "wanted a number from 0.02 to 100000 [s]"),
+        ("30 h", "wanted a number from 0.02 to 100000 [s]"),
+        ("nan", "wanted a number from 0.02 to 100000 [s]"),
+        ("long", "wanted a number of seconds, such as 20, 1.5 min or 1 h"),
+        ("", "wanted a number of seconds, such as 20, 1.5 min or 1 h"),
+    ],
+)
+def test_a_refused_duration_is_said_and_nothing_starts(app, study, text, why):
+    active(study, 1022, 700)
+    study.status_line.show_possible()
+    field = type_duration(study, text)
+    assert study.scenario.duration == 60.0 and why in study.banners.text("error")
+    assert field.text() == text and why in field.toolTip()
+    study.whole.begin = MagicMock(return_value="")
+    study.bar.asked.emit("run")
+    assert not study.whole.begin.called and why in study.banners.text("error")
+    field.setFocus()
+    QTest.keyClick(field, Qt.Key_Escape)
+    assert field.text() == "60 s" and not field.why
+    study.bar.asked.emit("run")
+    assert study.whole.begin.called
+
+
+def test_a_duration_is_shown_as_it_is_in_force_but_while_it_is_typed(app, study):
+    active(study, 1022, 700)
+    for duration, text in ((60.0, "60 s"), (7.5, "7.5 s"), (1e7, "10000000 s")):
         study.show_scenario(study.scenario._replace(duration=duration))
         study.status_line.show_possible()
-        assert study.bar.button("run").text().endswith(text)
+        field = study.bar.duration
+        assert field.text() == text
+        assert field.width() > field.fontMetrics().horizontalAdvance(text)
+    field = study.bar.duration
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "4")
+    study.status_line.show_possible()
+    assert field.text() == "4"
+    study.bar.button("run").setEnabled(True)
+    study.whole.begin = MagicMock(side_effect=lambda speed: str(study.scenario.duration))
+    study.bar.asked.emit("run")  # takes over what is typed
+    assert study.messages.toPlainText().rstrip().endswith("4.0")

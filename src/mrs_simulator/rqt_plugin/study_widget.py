@@ -176,6 +176,8 @@ class StudyWidget(StudyPanels):
         why = self.protocol.finish()
         if why:
             return "Protocol", "a parameter is refused: {}".format(why)
+        if self.bar.duration.why:
+            return "", self.bar.duration.why
         why = self.team.take_refusal()
         if why:
             return "Team", OLD_POSE.format(why)

@@ -15,6 +15,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QToolButton,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.run.duration_field import DurationField
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -25,7 +26,7 @@ ACTIONS = (
         "run",
         "Run",
         "F5",
-        "Run the scenario from its beginning for its duration, and judge the run",
+        "Run the scenario from its beginning for the duration beside, and judge the run",
     ),
     (
         "simulate",
@@ -55,7 +56,7 @@ ACTIONS = (
 )
 SINGLE = ("simulate", "control", "stop", "preflight")  # in a menu, unless robots are real
 # In the menu too where they would take another line, the first of them first.
-FOLDED = ("preflight", "bag", "step", "end", "stop", "simulate", "control")
+FOLDED = ("preflight", "bag", "step", "end", "reset", "stop", "simulate", "control")
 # Beside "Save...": name, text, what it does
 EXPORTS = (
     ("video", "Save with a video...", "As Save, with an animation beside its curves"),
@@ -106,6 +107,9 @@ class RunBar(QWidget):
             if name in BREAKS:
                 row.add_gap(_line())
             row.addWidget(self._button(owner, name, text, key, meaning))
+            if name == "run":
+                self.duration = DurationField()
+                row.addWidget(self.duration)
             if name == "end":
                 row.addWidget(self._build_speed(owner))
                 row.addWidget(self._build_menu())
@@ -286,11 +290,11 @@ class RunBar(QWidget):
         self._absent.update(name for name in absent if name in self._buttons)
         self._fold()
 
-    def set_duration(self, duration):
-        """Show that a run lasts for ``duration`` [s]."""
-        lasts = "\u25b6 Run {:g} s".format(duration)
-        if self._buttons["run"].text() != lasts:
-            self._buttons["run"].setText(lasts)
+    def show_duration(self, duration):
+        """Show that the next run lasts for ``duration`` [s]."""
+        before = self.duration.width()
+        self.duration.show_duration(duration)
+        if self.duration.width() != before:
             self._fold()
 
     def set_paused(self, paused):

@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.core.fields import checked_values
+from mrs_simulator.core.fields import Field, checked_values
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
@@ -20,6 +20,7 @@ from mrs_simulator.world.checks import checked_heights, refuse_in_obstacles, ref
 from mrs_simulator.world.contact.bodies import Bodies
 
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
+DURATION = Field("duration", 60.0, "s", high=1e5)  # at least a step of the simulation
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
 
 
@@ -176,6 +177,17 @@ class EditedScenario:
         if not wrong and self._state.has_control():
             self._connection.set_topology(edges, directed)
         return wrong
+
+    def set_duration(self, duration):
+        """Let the next run last for ``duration`` [s]; return what is wrong with it, or ""."""
+        if duration == self.scenario.duration:
+            return ""
+        allowed = DURATION._replace(low=self.scenario.step)
+        try:
+            allowed.checked(duration)
+        except ValueError as error:
+            return ErrorMessage(error)
+        return self.try_out(self.scenario._replace(duration=duration))
 
     def settling_with(self, topology):
         """Return in words how long the team would take over ``topology``, "" where theory says nothing.

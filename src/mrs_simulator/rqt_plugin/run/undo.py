@@ -34,4 +34,4 @@ class Undo:
 def without_poses(scenario):
     """Return what of ``scenario`` an edit changes besides poses, for comparing."""
     rest = scenario.kinds, scenario.obstacles, scenario.topology, scenario.control
-    return (scenario.n, *map(repr, rest))
+    return (scenario.n, scenario.duration, *map(repr, rest))

@@ -21,6 +21,8 @@ class ScenarioEditing:
         panels.protocol.protocol_chosen.connect(self._on_protocol)
         panels.protocol.parameters_changed.connect(self._on_parameters)
         panels.topology.topology_changed.connect(self._on_topology)
+        panels.bar.duration.chosen.connect(self._on_duration)
+        panels.bar.duration.refused.connect(self._on_no_duration)
         panels.map.pose_edited.connect(self._on_pose)
         panels.map.poses_edited.connect(self._on_poses)
         panels.map.edge_added.connect(self._on_edge_added)
@@ -193,7 +195,7 @@ class ScenarioEditing:
         elif before.obstacles != after.obstacles:
             self._live.put_away()
 
-    # Protocol and graph --------------------------------------------------------------------------
+    # Protocol, graph and duration ----------------------------------------------------------------
 
     @guarded
     def _on_protocol(self, name):
@@ -216,6 +218,19 @@ class ScenarioEditing:
         if not refused and self._study.state.has_control():
             self._graph.asked(edges, directed)
         self._show_protocol()
+
+    @guarded
+    def _on_duration(self, duration):
+        wrong = self._study.edited.set_duration(duration)
+        if wrong:
+            self._panels.bar.duration.refuse(wrong)
+        else:
+            self._panels.bar.show_duration(self._study.scenario.duration)
+            self._show_derived()
+
+    @guarded
+    def _on_no_duration(self, why):
+        self._panels.say(ErrorMessage(why))
 
     @guarded
     def _on_edge_added(self, i, j):

@@ -60,7 +60,7 @@ class Status:
         actions = state.actions()
         if self._results.can_be_saved():
             actions["save"] = True, ""
-        panels.bar.set_duration(self._study.scenario.duration)
+        panels.bar.show_duration(self._study.scenario.duration)
         why = self._whole.no_run()
         actions["run"] = not why, why
         panels.bar.show_singly(bool(state.real()))

@@ -142,5 +142,5 @@ class WholeRun:
             if history.recorded is None:
                 history.begun = begun  # the controller has commanded the robots to stand
             if not connection.newest("stage").paused:
-                self._study.do("pause")
+                connection.ask("pause", True)  # of a run in which nothing moved
             self._results.judge()

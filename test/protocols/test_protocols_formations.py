@@ -298,6 +298,61 @@ def test_on_wheels_nothing_is_said_of_rates(tmp_path):
     assert not [check for check in verdict["checks"] if check["name"].startswith("decay")]
 
 
+def potentials(start, share):
+    """Return the potential before each of 100 commands, held ``share`` times as long as it surely falls."""
+    scenario = shipped("distance_formation")
+    places, topology = laws.shape_places("circle", 6, 3.0), scenario.topology
+    begin = laws.length_potential(start, places, topology)
+    period = share * 2.0 / laws.potential_curvature(begin, places, topology)
+    points, values = start, []
+    for _ in range(100):
+        values.append(laws.length_potential(points, places, topology))
+        if values[-1] > 1e6 * begin:
+            break
+        points = points + period * laws.distance_formation(points, places, topology)
+    return np.array(values) / begin
+
+
+@pytest.mark.parametrize("size", [1.0, 3.0, 6.0, 20.0])
+def test_held_commands_never_raise_the_potential_below_its_curvature(size):
+    starts = np.random.default_rng(5).uniform(-size, size, (30, 6, 2))
+    assert max(np.diff(potentials(start, 0.99)).max() for start in starts) < 1e-12
+    # The bound is no more than a few times what a start bears.
+    risen = [np.diff(potentials(start, 6.0)).max() > 1e-3 for start in starts]
+    assert np.mean(risen) > 0.5
+
+
+def test_the_curvature_of_the_potential_is_bounded_where_it_is_lower():
+    scenario, places = shipped("distance_formation"), laws.shape_places("circle", 6, 3.0)
+    draw, topology = np.random.default_rng(3), scenario.topology
+    receiver, sender, weight = topology.arcs
+    for size in (0.5, 2.0, 8.0):
+        points = draw.uniform(-size, size, (6, 2))
+        bound = laws.potential_curvature(
+            laws.length_potential(points, places, topology), places, topology
+        )
+        x = draw.standard_normal((200, 6, 2))
+        x /= np.linalg.norm(x, axis=(1, 2), keepdims=True)
+        h = 1e-4 * size
+        value = [
+            laws.length_potential(points + k * h * each, places, topology)
+            for each in x
+            for k in (-1.0, 0.0, 1.0)
+        ]
+        curved = np.diff(np.reshape(value, (-1, 3)), 2).ravel() / h**2
+        assert curved.max() < bound
+
+
+def test_lengths_from_too_far_away_are_outside_the_theorem(tmp_path):
+    name = "gain Tc curvature of the potential < 2"
+    for gain, holds in ((0.01, True), (0.05, False)):
+        scenario = as_points(shipped("distance_formation", {"gain": gain}, rate=10, duration=2.0))
+        verdict = verdict_of(scenario, tmp_path / str(gain))
+        assert check(verdict, name)["passed"] is (True if holds else None), gain
+        growth = check(verdict, "growth of the potential")
+        assert growth["passed"] is (True if holds else None)
+
+
 # Broken variants fail.
 
 

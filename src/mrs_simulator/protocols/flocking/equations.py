@@ -97,6 +97,38 @@ def pair_potential(z, lattice):
     return np.interp(z, table, integral - rest)
 
 
+def stiffness(lattice):
+    """Return by how much [1/s^2] the pair potential psi curves at most, per ``a_ij``, over distances r [m].
+
+    Along a pair it curves by ``f'(r)``, across it by ``f(r)/r``, with the force ``f``, which is
+    ``phi_alpha(z) r/sqrt(1 + eps r^2)``.
+    """
+    distance = np.linspace(0.0, lattice.reach, POTENTIAL_STEPS + 1)[:-1]
+    z = sigma_norm(distance**2)
+    force = pair_force(z, lattice) * distance / np.sqrt(1.0 + EPSILON * distance**2)
+    along, across = np.gradient(force, distance), force[1:] / distance[1:]
+    curved = np.maximum(along, np.append(0.0, across))
+    return float((curved / bump(z / sigma_norm(lattice.reach**2), BUMP_START)).max())
+
+
+def held_flock(n, lattice, alignment, c1, c2, period):
+    """Return ``max Tc (c^2 + k)/(2 c)`` over the modes of a flock of n whose neighbours stay the same.
+
+    Below 1 commands held for ``period`` Tc [s] never raise its energy.  A mode of the Laplacian of
+    ``a_ij``, with the eigenvalue b up to n, is damped by ``c = c2 + alignment b``; the potential is no
+    stiffer along it than ``k = c1 + b`` :func:`stiffness`.  From ``v+ = v - Tc (grad V + c v)`` and
+    ``V(x + Tc v+) <= V(x) + Tc v+ . grad V + k Tc^2 |v+|^2/2``,
+
+        E+ - E <= Tc (-c |v+|^2 + c v+ . (v+ - v)) - |v+ - v|^2/2 + k Tc^2 |v+|^2/2
+               <= Tc (-c + Tc c^2/2 + Tc k/2) |v+|^2.
+    """
+    most = n if n > 1 else 0  # b of a graph of all pairs
+    stiff = np.array([c1, c1 + most * stiffness(lattice)])
+    damping = np.array([c2, c2 + most * alignment])
+    # What the bound lacks or exceeds is convex in b: largest at an end.
+    return float((period * (damping**2 + stiff) / (2.0 * damping)).max())
+
+
 # Cucker and Smale --------------------------------------------------------------------------------
 
 

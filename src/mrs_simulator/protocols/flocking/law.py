@@ -9,7 +9,7 @@ from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.protocols.common import attracting, level
+from mrs_simulator.protocols.common import attracting, below, level
 from mrs_simulator.protocols.flocking import equations as flocking_equations
 from mrs_simulator.protocols.flocking import published
 from mrs_simulator.protocols.flocking.energies import agreement_energy, flock_energy
@@ -147,6 +147,12 @@ class Flocking(DoubleIntegrator):
         gains = {name: getattr(self, name) for name in ("alignment", "c1", "c2")}
         wrong = ", ".join(name for name, gain in gains.items() if gain <= 0.0)
         conditions = [Condition("gains above 0", not wrong, wrong + " is not")]
+        if wrong:
+            return conditions
+        held = flocking_equations.held_flock(
+            len(start), self._lattice, self.alignment, self.c1, self.c2, self.period
+        )
+        conditions.append(below("Tc (c^2 + k)/(2 c) of all modes < 1", held, 1.0))
         middle, moving = start.mean(axis=0), self._leader(start[0], 0.0)[1]
 
         def energy(hand, velocity, time):
@@ -156,9 +162,9 @@ class Flocking(DoubleIntegrator):
             )
 
         def growth(run):
-            # A velocity held for a period is that of its middle, where the energy is exact.
-            half, held = 0.5 * self.period, self.velocities(run)
-            rows = zip(run.hand + half * held, held, run.time - run.time[0] + half)
+            # Of points at the next command, until which the velocity is held.
+            held, time = self.velocities(run), run.time - run.time[0] + self.period
+            rows = zip(run.hand + self.period * held, held, time)
             values = np.array([energy(*row) for row in rows])
             return float(np.diff(values).max(initial=0.0) / values[0])
 
@@ -170,16 +176,13 @@ class Flocking(DoubleIntegrator):
             return float(np.linalg.norm(self.velocities(run)[-1] - moving, axis=1).max())
 
         begin = energy(start, self.first_velocity(len(start)), 0.0)
-        ball = np.sqrt(2.0 * begin / self.c1) if self.c1 > 0.0 else np.inf
-        claims = [
+        ball, allowed = float(np.sqrt(2.0 * begin / self.c1)), ENERGY[self.fidelity]
+        return [
+            *conditions,
             Claim("velocity differs from the leader's [m/s]", 0.0, 0.02, slip),
-            Claim("growth of the energy [-]", 0.0, ENERGY[self.fidelity], growth, "at most", True),
+            Claim("growth of the energy [-]", 0.0, allowed, growth, "at most", True),
+            Claim("farthest from the leader [m]", ball, 0.0, farthest, "at most", True),
         ]
-        if np.isfinite(ball):
-            claims.append(
-                Claim("farthest from the leader [m]", float(ball), 0.0, farthest, "at most", True)
-            )
-        return conditions + claims
 
     def _most_groups(self, run):
         return max(flocking_equations.groups(hand, self.reach) for hand in run.hand)

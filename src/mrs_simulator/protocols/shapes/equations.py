@@ -123,6 +123,32 @@ def distance_hessian(points, topology):
     return _block_laplacian(along[:, :, np.newaxis] * along[:, np.newaxis], topology, 2.0 * weight)
 
 
+def length_potential(points, places, topology):
+    """Return ``V = sum_edges a_ij (|p_ij|^2 - d_ij^2)^2/4`` [m^4] of ``points`` (n, d), each edge once."""
+    excess = length_excess(points[np.newaxis], places, topology)[0]
+    return 0.125 * float(topology.arcs[2] @ excess**2)
+
+
+def potential_curvature(potential, places, topology):
+    """Return a bound [m^2] on the curvature of V wherever V is at most ``potential`` [m^4].
+
+    Along x, |x| = 1, it is ``sum a_ij (e_ij |x_ij|^2 + 2 (p_ij . x_ij)^2)``, ``e_ij = |p_ij|^2 -
+    d_ij^2``, at most ``sum a_ij (2 d_ij^2 + 3 e_ij) |x_ij|^2``; there, with ``|x_ij|^2 <= 2``,
+
+        sum a_ij e_ij |x_ij|^2 <= 2 sqrt(V) sqrt(sum a_ij |x_ij|^4) <= 2 sqrt(2 V lambda_max(L)).
+
+    A step of gradient descent below 2 over it never makes V grow.
+    """
+    receiver, sender, weight = topology.arcs
+    squares = np.sum((places[receiver] - places[sender]) ** 2, axis=-1)
+    stiff, plain = (
+        _block_laplacian(each[:, np.newaxis, np.newaxis], topology, weight)
+        for each in (2.0 * squares, np.ones_like(squares))
+    )
+    at_rest, largest = (np.linalg.eigvalsh(each)[-1] for each in (stiff, plain))
+    return float(at_rest + 6.0 * np.sqrt(2.0 * potential * largest))
+
+
 def bearings(points, topology):
     """Return ``g_ij``, (..., arcs, d), of ``points`` (..., n, d); zero where two points coincide."""
     receiver, sender, _ = topology.arcs

@@ -42,6 +42,7 @@ RIGID = 1e-6  # [-] of the largest eigenvalue, below which a mode leaves lengths
 # [-] of the squares of lengths, by which they may be off where modes decay one by one
 LINEAR = 1e-2
 AT_REST = 1e-3  # [-] of the edges' terms, of which less is left where they cancel
+MOST_BEFORE = 100  # [-] commands until the potential may have fallen far enough
 ALIKE = 1e-6  # [-] by which eigenvalues of one mode may differ
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
@@ -272,6 +273,8 @@ class DistanceFormation(Shaped):
             rigid(places, topology),
             spread_as(places, start),
         ] + gain_conditions(self.gain, self.period, values)
+        if all_hold(conditions):
+            conditions.append(self._descends(start))
 
         claims = [
             *falls(self.energy(start), "growth of the potential [-]"),
@@ -282,6 +285,25 @@ class DistanceFormation(Shaped):
             Claim("decay rate over theory's [-]", 1.0, allowed.rate, self._rate, free=True),
         ]
         return conditions + without_rates(claims, self.fidelity)
+
+    def _descends(self, start):
+        """Return the condition that the potential falls from ``start`` (n, d) though commands are held.
+
+        It does where ``gain Tc`` is below 2 over its curvature.  A start from which the first commands
+        lower the potential so far that this holds from there on will do, too.
+        """
+        places, topology, points, before = self.places(), self.topology, start, np.inf
+        for _ in range(MOST_BEFORE):
+            potential = laws.length_potential(points, places, topology)
+            step = self.gain * self.period * laws.potential_curvature(potential, places, topology)
+            if step < 2.0 or not potential < before:
+                break
+            flow = laws.distance_flow(self.gain, places, topology)
+            points, before = points + self.period * flow.velocity(points), potential
+        why = "it is {:.3g}: the start is so far from the shape that commands overshoot".format(
+            step
+        )
+        return Condition("gain Tc curvature of the potential < 2", bool(step < 2.0), why)
 
     def _worst_length(self, hand):
         receiver, sender, _ = self.topology.arcs

@@ -40,7 +40,7 @@ class Robot:
     """One robot and its driver."""
 
     LIMITS = FIRMWARE_LIMITS
-    RAMP = FIRMWARE_LIMITS.accelerations()  # (2,) [m/s^2, rad/s^2]
+    RAMP = np.array(FIRMWARE_LIMITS[2:])  # (2,) [m/s^2, rad/s^2]
     WATCHDOG = 0.6  # [s]
     RATE = 10.0  # [Hz] of the pose
     _sonar = None  # other drivers have none, or another one
@@ -99,7 +99,8 @@ class Robot:
         return points
 
     def _on_command(self, twist):
-        self.target = driver_commands(np.array([[twist.linear.x, twist.angular.z]]), self.LIMITS)
+        given = np.array([[twist.linear.x, twist.angular.z]])
+        self.target = driver_commands(given, np.array(self.LIMITS[:2]))
         self._commanded = time.monotonic()
 
     def _on_enable(self, _):

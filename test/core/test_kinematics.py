@@ -61,7 +61,7 @@ def test_held_arc_turns_the_hand_error_as_stated():
 
 def test_ramp_reaches_its_target_and_covers_the_exact_distance():
     velocity = np.array([[0.0, 0.0]])
-    after, mean = kin.ramp(velocity, np.array([[0.75, 0.1]]), LIMITS.accelerations(), 1.0)
+    after, mean = kin.ramp(velocity, np.array([[0.75, 0.1]]), np.array(LIMITS[2:]), 1.0)
     np.testing.assert_allclose(after, [[0.3, 0.1]])
     # 0.3 m/s^2 for 1 s covers 0.15 m; 2 rad/s^2 reaches 0.1 in 0.05 s: 0.0025 + 0.095 rad
     np.testing.assert_allclose(mean, [[0.15, 0.0975]])
@@ -69,7 +69,7 @@ def test_ramp_reaches_its_target_and_covers_the_exact_distance():
 
 def test_ramp_without_limits_is_immediate():
     target = np.array([[0.5, -1.0]])
-    after, mean = kin.ramp(np.zeros((1, 2)), target, kin.NO_LIMITS.accelerations(), 0.02)
+    after, mean = kin.ramp(np.zeros((1, 2)), target, np.array(kin.NO_LIMITS[2:]), 0.02)
     np.testing.assert_array_equal(after, target)
     np.testing.assert_array_equal(mean, target)
 
@@ -155,8 +155,9 @@ def same_motion(approached, carried_on):
         for _ in range(60):
             command = np.asfortranarray(draw.normal(size=(50, 2)))
             command[::3, 1] = 0.0
-            how = velocity, command, limits.accelerations(), 0.1
-            reach = kin.Reach.of(np.full((50, 2), 0.1 * limits.accelerations(), order="F"))
+            most = np.array(limits[2:])
+            how = velocity, command, most, 0.1
+            reach = kin.Reach.of(np.full((50, 2), 0.1 * most, order="F"))
             other = approached(velocity, command, reach)
             velocity, mean = kin.ramp(*how)
             for one, two in zip((velocity, mean), other):

@@ -57,14 +57,6 @@ class Limits(NamedTuple):
     v_accel: float  # [m/s^2], also the deceleration
     omega_accel: float  # [rad/s^2], also the deceleration
 
-    def velocities(self):
-        """Return ``(v_max, omega_max)``, (2,) [m/s, rad/s]; (n, 2) where both are each robot's, (n,)."""
-        return np.array([self.v_max, self.omega_max]).T
-
-    def accelerations(self):
-        """Return ``(v_accel, omega_accel)`` as an array, shape (2,), [m/s^2, rad/s^2]."""
-        return np.array([self.v_accel, self.omega_accel])
-
 
 NO_LIMITS = Limits(np.inf, np.inf, np.inf, np.inf)
 

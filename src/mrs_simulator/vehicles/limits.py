@@ -18,14 +18,6 @@ class AxisLimits(NamedTuple):
     top: np.ndarray
     acceleration: np.ndarray
 
-    def velocities(self):
-        """Return the greatest speeds, (a,) or (n, a), as ``kinematics.Limits`` does."""
-        return self.top
-
-    def accelerations(self):
-        """Return the greatest accelerations, (a,) or (n, a)."""
-        return self.acceleration
-
     def of(self, rows):
         """Return the limits of the robots in ``rows``."""
         if self.top.ndim == 1:

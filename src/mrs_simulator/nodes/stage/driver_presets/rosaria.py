@@ -47,12 +47,11 @@ def _reported(kind):
     }
 
 
-def driver_commands(commands, limits):
-    """Return ``commands`` (n, 2) [m/s, rad/s] as the driver hands them to robots with ``limits``.
+def driver_commands(commands, top):
+    """Return ``commands`` (n, 2) [m/s, rad/s] as the driver hands them to robots of speeds up to ``top``.
 
     In whole mm/s and deg/s, halves away from zero; nan is zero, and infinite the robot's maximum.
     """
-    top = limits.velocities()
     commands = np.clip(np.where(np.isnan(commands), 0.0, commands), -top, top)
     return np.sign(commands) * np.floor(np.abs(commands) / UNIT + 0.5) * UNIT
 
@@ -78,7 +77,7 @@ class Drivers(StagePart):
         """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""
         rows = np.asarray(rows, dtype=int)
         self._world.commands.refused[rows[~np.isfinite(commands).all(axis=1)]] += 1
-        commands = driver_commands(commands, self._world.team.limits.of(rows))
+        commands = driver_commands(commands, self._world.team.limits.of(rows).top)
         commands[[row in self._motors and not self._motors[row].enabled for row in rows]] = 0.0
         self._world.set_commands(rows, commands)
 

@@ -32,7 +32,7 @@ check "catkin_lint" catkin_lint --quiet --strict -W2 --ignore package_path_name 
   --ignore uninstalled_script .
 private_ros
 # Tests with processes wait half of their time: twice as many workers as cores keep the cores busy.
-check "tests" python3 -m pytest -n "$((2 * $(nproc)))" --dist worksteal "$@"
+check "tests" python3 -m pytest --workers "$((2 * $(nproc)))" "$@"
 
 [ ${#failed[@]} = 0 ] && echo "all passed" && exit 0
 printf 'failed: %s\n' "${failed[@]}" >&2

@@ -41,7 +41,7 @@ def names_of(drive):
         name
         for name, value in vars(module).items()
         if not name.startswith("_")
-        and getattr(value, "__module__", module.__name__) == module.__name__
+        and getattr(value, "__module__", module.__name__).rpartition(".")[2] in drives.DRIVES
         and not name.endswith("Parameters")
     } - {"np", "NamedTuple", "Tuple"}
 

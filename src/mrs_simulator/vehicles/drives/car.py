@@ -39,6 +39,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin, displaced, wrap_angle
+from mrs_simulator.vehicles.drives.differential import ride_height  # noqa: F401, as there
+from mrs_simulator.vehicles.drives.omnidirectional import is_pushed  # noqa: F401
 from mrs_simulator.vehicles.drives.wheel_stand import Stand
 
 AXES = ("linear.x", "angular.z")
@@ -202,7 +204,7 @@ def blocked(inner, moved):
 
 
 def rim_speeds(mean, joints, numbers):
-    """Return what the encoders count, (m, 2): speed of the rear axle [m/s] and turn rate [rad/s]."""
+    """Return what is counted, (m, 2): speed [m/s], of a car's rear axle, and turn rate [rad/s]."""
     return mean
 
 
@@ -244,16 +246,6 @@ def slowed(inner, factor, joints, numbers):
     """
     wanted = joints + (inner[:, 1] - joints) / factor
     return twist_of(inner[:, 0] / factor, _possible(wanted, numbers), numbers)
-
-
-def ride_height(numbers):
-    """Return the height [m] of the model's base_link above the ground, the axles' height."""
-    return numbers.radius
-
-
-def is_pushed(numbers):
-    """Return whether, in motion with forces, wheel forces of ``stand`` push the body: always."""
-    return True
 
 
 def stand(joints, numbers):

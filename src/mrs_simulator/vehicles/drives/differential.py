@@ -87,7 +87,7 @@ def unlimited(numbers):
 
 
 def ride_height(numbers):
-    """Return the height [m] of the model's base_link above the ground, the axle's height."""
+    """Return the height [m] of the model's base_link above the ground, that of the axles."""
     return numbers.radius
 
 
@@ -97,7 +97,7 @@ def target(command, inner, limits, numbers):
 
 
 def rates(limits, numbers):
-    """Return how fast it does, (m, 2) [m/s^2, rad/s^2]."""
+    """Return how fast it does, (m, axes) [m/s^2, rad/s^2]."""
     return limits.acceleration
 
 
@@ -128,7 +128,7 @@ def odometry_pose(pose, rolled, joints, numbers):
 
 
 def at_limits(command, top, numbers, share):
-    """Return where a ``command`` (..., m, 2) has reached ``share`` of its limits, (..., m) bool."""
+    """Return where a ``command`` (..., m, axes) has reached ``share`` of its limits, (..., m) bool."""
     return (np.abs(command) >= share * top).any(axis=-1)
 
 

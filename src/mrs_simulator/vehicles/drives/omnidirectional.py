@@ -18,6 +18,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, displaced
 from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.vehicles.drives.differential import rates, ride_height  # noqa: F401, as there
 from mrs_simulator.vehicles.drives.wheel_stand import Stand
 from mrs_simulator.vehicles.quantities import quantity
 
@@ -221,11 +222,6 @@ def retargeted(clipped, command, inner, numbers):
     return (clipped.T / np.maximum(_fastest(clipped, numbers) / numbers.rim_max, 1.0)).T
 
 
-def rates(limits, numbers):
-    """Return the ramps' rates, (m, 3) [m/s^2, m/s^2, rad/s^2]."""
-    return limits.acceleration
-
-
 def blocked(inner, moved):
     """Return the ``inner`` states (m, 3) of robots that moved by ``moved`` (m, 2) [m/s] in a contact.
 
@@ -240,11 +236,6 @@ def blocked(inner, moved):
 def odometry_pose(pose, rolled, joints, numbers):
     """Return the poses (m, 3) by odometry after wheels ``rolled`` (m, 4) [m]."""
     return displaced(pose, body_twist(rolled, numbers), 1.0)
-
-
-def ride_height(numbers):
-    """Return the height [m] of the model's base_link above the ground, the axles' height."""
-    return numbers.radius
 
 
 def is_pushed(numbers):

@@ -29,6 +29,8 @@ import numpy as np
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, ramp, wrap_angle
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.vehicles.drives import flight_control
+from mrs_simulator.vehicles.drives.differential import at_limits  # noqa: F401, as there
+from mrs_simulator.vehicles.drives.omnidirectional import arm, lead  # noqa: F401
 from mrs_simulator.vehicles.drives.rotors import GRAVITY, ROTORS, effect_of, greatest_climb, parts
 from mrs_simulator.vehicles.drives.velocity_lag import NO_LAG, remaining_error
 
@@ -322,21 +324,6 @@ def put(inner, pushed, place, bound):
     bound = np.broadcast_to(bound, velocity.shape)[pushed]
     velocity[pushed] = np.minimum(np.maximum(velocity[pushed], -bound), bound)
     return {"place": where, "velocity": velocity}
-
-
-def at_limits(command, top, numbers, share):
-    """Return where a ``command`` (..., m, 4) has reached ``share`` of its limits, (..., m) bool."""
-    return (np.abs(command) >= share * top).any(axis=-1)
-
-
-def arm(l, numbers):
-    """Return how far [m] the controlled point is ahead of the centre: it is the centre."""
-    return 0.0
-
-
-def lead(l, numbers):
-    """Return how far [m] the controlled point is from the centre: it is the centre."""
-    return 0.0
 
 
 def ride_height(numbers):

@@ -20,8 +20,10 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import clip_commands, displaced
+from mrs_simulator.core.kinematics import clip_commands
 from mrs_simulator.vehicles.drives import thrusters
+from mrs_simulator.vehicles.drives.car import odometry_pose, rim_speeds  # noqa: F401, as there
+from mrs_simulator.vehicles.drives.differential import blocked, rates  # noqa: F401
 from mrs_simulator.vehicles.drives.velocity_lag import remaining_error
 from mrs_simulator.vehicles.drives.vessel_dynamics import (  # noqa: F401, of the drive too
     axis_velocity,
@@ -155,11 +157,6 @@ def target(command, inner, limits, numbers):
     return _possible(command, limits, numbers)
 
 
-def rates(limits, numbers):
-    """Return the greatest accelerations, (m, 2) [m/s^2, rad/s^2]."""
-    return limits.acceleration
-
-
 def followed(inner, wanted, limits, numbers, step):
     """Return u and r (m, 2), and mean u and r (m, 2), after ``step`` [s] without forces."""
     error = (wanted - inner).T
@@ -178,26 +175,6 @@ def forced(pose, inner, command, limits, numbers, disturbances, step, efforts=No
     return moved_with_forces(
         pose, inner, _possible(command, limits, numbers), numbers, disturbances, step, efforts
     )
-
-
-def blocked(inner, moved):
-    """Return the ``inner`` states (m, 2) of robots that moved by ``moved`` (m, 2) [m/s] in a contact.
-
-    ``moved`` through the water, in the body's frame: no faster than they went, nor the other way.
-    """
-    result, own = inner.copy(), inner[:, 0]
-    result[:, 0] = np.sign(own) * np.clip(np.sign(own) * moved[:, 0], 0.0, np.abs(own))
-    return result
-
-
-def rim_speeds(mean, joints, numbers):
-    """Return what log and gyro count, (m, 2): speed through the water [m/s] and turn rate [rad/s]."""
-    return mean
-
-
-def odometry_pose(pose, rolled, joints, numbers):
-    """Return the poses (m, 3) by dead reckoning after ``rolled`` (m, 2): way through the water, turn."""
-    return displaced(pose, rolled, 1.0)
 
 
 def excess(command, joints, numbers, period):

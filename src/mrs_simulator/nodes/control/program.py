@@ -41,7 +41,3 @@ def run(protocol=None, argv=None):
 def main():
     """Run the node ``pioneer_control``."""
     run()
-
-
-if __name__ == "__main__":
-    main()

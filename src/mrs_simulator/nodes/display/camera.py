@@ -126,7 +126,3 @@ def main():
         start_node("camera")
         camera = CameraNode()
     run(camera.spin)
-
-
-if __name__ == "__main__":
-    main()

@@ -263,7 +263,3 @@ def main():
         start_node("markers")
         markers = Markers()
     run(markers.spin)
-
-
-if __name__ == "__main__":
-    main()

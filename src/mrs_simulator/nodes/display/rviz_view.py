@@ -56,7 +56,3 @@ def main():
         with refusing_bad_input("rviz_view"):
             code = subprocess.call(["rviz", "-d", path, *given])
     sys.exit(code)
-
-
-if __name__ == "__main__":
-    main()

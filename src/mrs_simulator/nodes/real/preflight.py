@@ -183,7 +183,3 @@ def main(argv=None):
     print("{} of {} not OK".format(wrong, len(checks)) if wrong else "ready")
     rospy.signal_shutdown("done")
     sys.exit(1 if wrong else 0)
-
-
-if __name__ == "__main__":
-    main()

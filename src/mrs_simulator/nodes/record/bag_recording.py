@@ -60,7 +60,3 @@ def main():
         print("bag: " + size_text(items, scenario.duration), file=sys.stderr)
         os.makedirs(directory, exist_ok=True)
     os.execvp(command[0], command)
-
-
-if __name__ == "__main__":
-    main()

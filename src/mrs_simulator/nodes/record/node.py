@@ -302,7 +302,3 @@ def main():
 
 def _is_true(argument):
     return argument.lower() == "true"
-
-
-if __name__ == "__main__":
-    main()

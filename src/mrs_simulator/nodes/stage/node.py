@@ -22,7 +22,3 @@ def main():
         start_node("stage")
         stage = Stage(scenario, chosen_preset(arguments.preset), real)
     run(stage.spin)
-
-
-if __name__ == "__main__":
-    main()

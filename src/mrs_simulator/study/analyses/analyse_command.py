@@ -326,7 +326,3 @@ def _numbers(values, size):
     """Return ``values`` in so many digits, those that are zero beside ``size`` as such."""
     rows = np.where(np.abs(values) <= SHOWN * size, 0.0, values) + 0.0
     return np.vectorize(lambda each: float("{:.{}g}".format(each, DIGITS)))(rows).tolist()
-
-
-if __name__ == "__main__":
-    main()

@@ -189,7 +189,3 @@ def main(argv=None):
     print(text.format(said, arguments.seeds, study["off"], CERTAIN, study["inside"],
                       study["rate"], study["typical"], figure))  # fmt: skip
     sys.exit(0 if agrees(study) else 1)
-
-
-if __name__ == "__main__":
-    main()

@@ -220,7 +220,3 @@ def main(argv=None):
         print(text.format(point) + " +- {:.2g} m^2".format(CERTAIN * point.error))
     print("  figure: {}".format(os.path.join(os.path.abspath(arguments.out), "noise_gain.png")))
     sys.exit(1 if wrong else 0)
-
-
-if __name__ == "__main__":
-    main()

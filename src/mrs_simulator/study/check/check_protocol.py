@@ -376,7 +376,3 @@ def _options(arguments):
         parameters={key: values[0] for key, values in map(read_axis, arguments.set)},
         base=base,
     )
-
-
-if __name__ == "__main__":
-    main()

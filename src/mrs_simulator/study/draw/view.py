@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import sys
 
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
@@ -53,7 +52,3 @@ def _play(run, seconds):
     playing = FuncAnimation(stage.figure, stage.show, frames=rows, interval=1000.0 / RATE)
     plt.show()
     del playing
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -135,7 +135,3 @@ def _prediction(run):
     from mrs_simulator.verdict.judging import judged
 
     return judged(run.in_space(control.dimension), control)[1]
-
-
-if __name__ == "__main__":
-    main()

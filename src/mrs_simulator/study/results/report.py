@@ -283,7 +283,3 @@ def _compare(arguments):
         result = write_comparison(real, simulated, arguments.out, formats)
     print(comparison_text(result))
     print("  figure and values: {}".format(os.path.abspath(arguments.out)))
-
-
-if __name__ == "__main__":
-    main()

@@ -115,7 +115,3 @@ def changes(made, out):
         if now != value:
             found.append("{} {}".format(path, "is another" if now else "is gone"))
     return found
-
-
-if __name__ == "__main__":
-    main()

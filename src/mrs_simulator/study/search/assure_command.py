@@ -116,7 +116,3 @@ def _said(report):
         return text.format(confidence, share, counted)
     text = "not shown with {:g} % confidence that at least {:g} % keep it: {}"
     return text.format(confidence, share, counted)
-
-
-if __name__ == "__main__":
-    main()

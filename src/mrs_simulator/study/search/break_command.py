@@ -203,7 +203,3 @@ def progress_in(printed):
     found = PROGRESS.findall(printed)
     nearest = [text for _, text in found if text]
     return (int(found[-1][0]) if found else None), (nearest[-1] if nearest else "")
-
-
-if __name__ == "__main__":
-    main()

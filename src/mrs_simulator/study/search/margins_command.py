@@ -146,7 +146,3 @@ def _together(together):
     text = "together: {:.0f} % of each margin hold at {} corners; beyond, {} breaks first at {}"
     share = 100.0 * together["share"]
     return text.format(share, together["corners"], together["breaks"], values)
-
-
-if __name__ == "__main__":
-    main()

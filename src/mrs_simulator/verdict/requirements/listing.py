@@ -37,7 +37,3 @@ def main(argv=None):
         for each in scenario.requirements:
             print("  {}: {}".format(each.name, each.text))
     print(listing())
-
-
-if __name__ == "__main__":
-    main()

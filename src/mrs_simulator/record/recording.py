@@ -232,11 +232,9 @@ class Recorder:
         ``run.json`` of an earlier run is removed.  ``warn`` is called with a text when the disk is full,
         and when it has room again: the run continues.
         """
-        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
-        with contextlib.suppress(FileNotFoundError):
-            os.remove(facts_path(path))
         self.path = path
         layout = basic_layout() if layout is None else layout
+        self._file = self._opened(path, layout)
         self._places = layout.places()
         self._hand = self._places.pop("hand")
         self._numbers, self._samples = list(robots), 0
@@ -252,10 +250,17 @@ class Recorder:
         ends = ["," + field for field in kind_fields(layout.kinds)]
         self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
         self._arms = np.full(shape[0], float(hand_length))  # [m]
-        self._file = Blocks(path, ",".join(layout.names) + "\n")
         self._warn = warn or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
         self._trouble, self._warnings = "", []
+
+    @staticmethod
+    def _opened(path, layout):
+        """Return the new file for the columns of ``layout``."""
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(facts_path(path))
+        return Blocks(path, ",".join(layout.names) + "\n")
 
     def sample(self, stamp, state):
         """Write one sample: the columns of the file at ``stamp`` [s] in ``state``, a ``StateTable``.
@@ -308,6 +313,10 @@ class Recorder:
             kept = room.stop - begin
             self._times[room] = stamps[:kept]
             self.kept.put(room, rows[:kept])
+        self._file_away(stamps, rows)
+
+    def _file_away(self, stamps, rows):
+        """Write ``rows`` to the file as text."""
         self._file.add(*self._lines.texts(stamps, rows))
         self._note()
 
@@ -366,6 +375,40 @@ class Recorder:
         self.close()
 
 
+class _NoFile:
+    """Where an ``InMemory`` recorder writes."""
+
+    is_due, trouble, lost = False, "", 0
+
+    def flush(self):
+        """There is nothing to write."""
+
+    close = flush
+
+
+class InMemory(Recorder):
+    """Keeps the samples of a run as a ``Recorder`` does, and writes no file."""
+
+    def __init__(self, robots, hand_length, layout, kept):
+        """``kept``: how many samples there will be at most."""
+        nowhere = os.path.join(tempfile.gettempdir(), "run.csv")
+        super().__init__(nowhere, robots, hand_length, layout=layout, kept=kept)
+
+    @staticmethod
+    def _opened(path, layout):
+        return _NoFile()
+
+    def _file_away(self, stamps, rows):
+        """Nothing is written."""
+
+    def run_with(self, scenario, collisions, meta):
+        """Return the ``Run`` with the facts that ``write_facts`` takes; ``RunError`` where that is none."""
+        if not self.has_kept_all:
+            raise RunError("the run: wanted finite numbers of at least one sample")
+        facts = _facts_in(json.loads(facts_text(collisions, meta)), "the run")
+        return self.kept.run(self._times[: self._samples], scenario, facts)
+
+
 def facts_path(path):
     """Return the path of ``run.json`` beside the ``run.csv`` at ``path``."""
     return os.path.splitext(path)[0] + ".json"
@@ -394,6 +437,14 @@ def _read_facts(path):
         return [], {"collisions_unknown": True}
     try:
         meta = read_json(where)
+    except (OSError, ValueError, RecursionError) as error:
+        raise _no_facts(where, error) from None
+    return _facts_in(meta, where)
+
+
+def _facts_in(meta, where):
+    """Return ``(collisions, meta)`` of the content ``meta`` of ``where``."""
+    try:
         collisions = [
             Collision(float(time), str(first), str(second), float(x), float(y), *map(float, up))
             for time, first, second, x, y, *up in meta.pop("collisions")
@@ -406,11 +457,8 @@ def _read_facts(path):
             meta["changes"] = read_changes(meta["changes"])
         unknown = [key for key in meta if key not in FACTS]
         wrong = [key for key in meta if key in FACTS and not isinstance(meta[key], FACTS[key])]
-    except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
-        text = "{}: not the facts of a run: {}: {}"
-        raise RunError(
-            text.format(where, type(error).__name__, str(error)[:LONGEST_CAUSE])
-        ) from None
+    except (ValueError, TypeError, AttributeError, KeyError) as error:
+        raise _no_facts(where, error) from None
     if unknown:
         raise RunError(unknown_name(where, unknown[0], FACTS))
     if wrong:
@@ -419,6 +467,11 @@ def _read_facts(path):
             "{}: {} = {}, wanted a {}".format(where, key, shown(meta[key]), FACTS[key].__name__)
         )
     return collisions, meta
+
+
+def _no_facts(where, error):
+    text = "{}: not the facts of a run: {}: {}"
+    return RunError(text.format(where, type(error).__name__, str(error)[:LONGEST_CAUSE]))
 
 
 def _incident(row):

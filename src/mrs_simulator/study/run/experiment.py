@@ -17,7 +17,7 @@ from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import failure
-from mrs_simulator.record.recording import write_facts
+from mrs_simulator.record.recording import InMemory, write_facts
 from mrs_simulator.scenario.incidents import PUSHED, Event
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.sensors.suite import Suite
@@ -412,6 +412,27 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)
     return recorder.run(scenario), experiment.control
+
+
+def played(scenario, protocol=None):
+    """Run ``scenario`` and return the ``Run``, of which nothing is written, and its control.
+
+    Otherwise as :func:`perform`; the real-time factor is not measured, and no warning printed.
+    """
+    experiment, ended = Experiment(scenario, protocol), "complete"
+    scenario = experiment.scenario
+    recorder = InMemory(
+        range(1, scenario.n + 1), scenario.hand_length, experiment.layout, samples_of(scenario)
+    )
+    with contextlib.closing(experiment.world) as world:
+        try:
+            _finish(experiment.record(recorder), scenario, False)
+        except LawFailed as error:
+            ended = str(error)
+            if world.time == 0.0:  # where the robots stand is known all the same
+                recorder.sample(world.time, experiment.state(world.pose, world.command))
+        meta = facts_of(experiment, recorder, None, ended)
+    return recorder.run_with(scenario, experiment.collisions, meta), experiment.control
 
 
 def facts_of(experiment, recorder, sensors, ended):

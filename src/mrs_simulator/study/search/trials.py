@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_of_file
-from mrs_simulator.study.run.experiment import Experiment, LawFailed
-from mrs_simulator.study.run.simulating import simulate
+from mrs_simulator.study.run.experiment import Experiment, LawFailed, played
 from mrs_simulator.study.search.space import content_with
+from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.requirements.results import known_bound
 from mrs_simulator.verdict.verdict import HOLDS, margin_of
 
@@ -118,13 +118,13 @@ def _spare(result):
 
 def _of_claims(scenario, within):
     """Return the ``Trial`` of the protocol's own claims: what they have to spare of their tolerances."""
-    study = simulate(scenario)
-    if within and any(is_outside(each) for each in study.verdict["checks"]):
+    verdict, _ = judged(*played(scenario))
+    if within and any(is_outside(each) for each in verdict["checks"]):
         return Trial(NEUTRAL)
-    judged = [each for each in study.verdict["checks"] if each["passed"] is not None]
-    spares = {each["name"]: share_of(each) for each in judged}
+    checks = [each for each in verdict["checks"] if each["passed"] is not None]
+    spares = {each["name"]: share_of(each) for each in checks}
     worst = Trial(NEUTRAL, spares=spares)
-    for each in judged:
+    for each in checks:
         value = spares[each["name"]]
         if value < worst.value:
             named_worst = {"name": each["name"], "note": each["note"], "decided_at": None}

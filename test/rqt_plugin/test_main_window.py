@@ -73,6 +73,10 @@ def test_a_run_is_opened_with_the_scenario_beside_it_and_other_names_are_scenari
     assert scenario_of_run(str(run)) == scenario_of_run(str(run / "run.csv")) == with_scenario
     assert scenario_of_run(str(alone)) == (str(alone), "")
     assert scenario_of_run(str(bag)) == (str(bag), "")
+    sweep = tmp_path / "sweep"
+    sweep.mkdir()
+    (sweep / "sweep.csv").write_text("")
+    assert scenario_of_run(str(sweep)) == (str(sweep), "")
     for name in ("", "paper", str(run / "scenario.yaml")):
         assert scenario_of_run(name) == ("", name)
     for name in (str(tmp_path), str(tmp_path / "none" / "run.csv")):

@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.shelf.differences import differing, flat
 from mrs_simulator.rqt_plugin.shelf.folder import Shelf
 from mrs_simulator.rqt_plugin.shelf.run_row import broken
 from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
+from mrs_simulator.rqt_plugin.sweep.cells import SweepCells, read_news
 
 HEAD = "time,robot,x,y,theta,alpha_x,alpha_y,v,omega\n"
 SCENARIO = (
@@ -209,3 +210,62 @@ def test_what_differs_is_broken_into_two_lines_where_one_is_too_short():
     assert first == "k 0.02 \u2192 0.05, T 0.1 \u2192 0.2," and second == "other topology"
     assert broken("duration 20 \u2192 40", Metrics, 120) == ["duration 20", "\u2192 40"]
     assert broken("indivisible", Metrics, 50) == ["indivisible"]
+
+
+def make_sweep(folder, name, when, planned=False):
+    """Make a sweep of four runs over k and rate, of which three have ended."""
+    path, rows, runs = folder / name, [], []
+    for count, (k, rate) in enumerate(((0.5, 10), (0.125, 10), (0.5, 20), (0.125, 20))):
+        run, values = "k={}_{}".format(k, count), {KEYS[0]: k, KEYS[1]: rate}
+        runs.append({"run": run, "values": values, "holds": True, "why": ""})
+        if count < 3:
+            make_run(path, run, when, k)
+            rows.append("{},{},{},{}\n".format(run, k, rate, "failed" if count else "passed"))
+    (path / "sweep.csv").write_text("run,{},{},outcome\n".format(*KEYS) + "".join(rows))
+    if planned:
+        values = {KEYS[0]: [0.5, 0.125], KEYS[1]: [10, 20]}
+        plan = {"keys": KEYS, "units": {}, "values": values, "runs": runs}
+        (path / "sweep.json").write_text(json.dumps(plan))
+    os.utime(str(path / "sweep.csv"), (when, when))
+    return str(path)
+
+
+KEYS = ["control.parameters.k", "control.rate"]
+
+
+def test_a_sweep_is_one_line_of_the_list_below_which_its_runs_can_be(shelf, tmp_path):
+    make_run(tmp_path / "mrs_runs", "saved", 1e9)
+    sweep = make_sweep(tmp_path / "mrs_runs", "swept", 2e9)
+    assert names(shelf)[1:] == ["saved"]
+    first = shelf.scan()[0]
+    assert first.path == sweep and first.sweep == (("k", "rate"), 3, 1)
+    listed = shelf.scan({sweep})
+    runs = ["k 0.5, rate 10", "k 0.125, rate 10", "k 0.5, rate 20"]
+    assert [entry.name for entry in listed[1:]] == [*runs, "saved"]
+    assert {entry.within for entry in listed[1:4]} == {sweep} and not listed[4].within
+    with pytest.raises(ValueError, match="belongs to a sweep"):
+        shelf.delete(listed[1].path)
+    elsewhere = make_sweep(tmp_path / "elsewhere", "other", 3e9, planned=True)
+    assert shelf.add(elsewhere) == elsewhere and shelf.scan()[0].path == elsewhere
+    shelf.delete(elsewhere)
+    assert shelf.scan()[0].path == sweep
+
+
+@pytest.mark.parametrize("planned", [False, True])
+def test_the_cells_of_an_earlier_sweep_are_those_of_its_plan_or_of_its_table(tmp_path, planned):
+    path = make_sweep(tmp_path, "swept", 1e9, planned)
+    plan, verdicts = read_news(path, set(), False)
+    cells = SweepCells.of_plan(plan)
+    cells.take_verdicts(verdicts)
+    assert cells.keys == tuple(KEYS) and cells.values == [[0.125, 0.5], [10, 20]]
+    assert cells.cells[0, 1].run == "k=0.5_0" and cells.cells[0, 1].holds == (planned or None)
+    assert [cell and cell.outcome for cell in cells.cells.flat][:2] == ["passed", "passed"]
+    assert cells.are_known() != planned  # of those that are only planned the table says nothing
+
+
+@pytest.mark.parametrize(
+    "values", [{"a": [1, 2]}, {"a": [1, 2], "b": [1]}, {"a": [1, 2], "b": "xy"}]
+)
+def test_of_what_is_no_map_it_is_said_over_what_it_is(values):
+    with pytest.raises(ValueError, match="a sweep over a.*: wanted two keys of numbers"):
+        SweepCells.of_plan({"keys": list(values), "values": values, "units": {}, "runs": []})

@@ -13,7 +13,8 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from unittest.mock import MagicMock
 
 from gui_fixtures import alive, quiet_study, shown
-from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PyQt5.QtGui import QDropEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QLabel
 
@@ -32,6 +33,8 @@ from mrs_simulator.rqt_plugin.sweep.legend import formula
 from mrs_simulator.rqt_plugin.widgets.form_beside import FormBeside
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.results.report import write_scenario
+from mrs_simulator.study.run.sweep import make_runs, run_sweep
 
 NONE = Qt.NoModifier
 GAIN, RATE = "control.parameters.gain", "control.rate"
@@ -225,6 +228,7 @@ def until(widget, condition):
     """Wait until the ``condition`` holds, as the window's timers would."""
     for _ in range(12000):
         widget.sweep_control.follow()
+        widget.shelf_control.follow()
         widget.opened.follow()
         if condition():
             return
@@ -306,6 +310,54 @@ def test_cells_are_coloured_as_they_end_and_a_click_opens_their_run(study):
         QTest.keyClick(panel.map, key)
     wanted = os.path.join(folder, cells.cells[0, 0].run)
     until(study, lambda: study.opened.run is not None and study.opened.run.path == wanted)
+
+
+@pytest.fixture
+def earlier(scenario, tmp_path):
+    """A sweep as the command line makes it, without a plan, in a folder that is not watched."""
+    path, out = write_scenario(scenario, str(tmp_path)), str(tmp_path / "made" / "before")
+    runs = make_runs(path, [(GAIN, [0.5, 4.0]), (RATE, [4.0, 20.0])])
+    run_sweep(runs, out, jobs=1)
+    return out
+
+
+def test_an_earlier_sweep_is_dropped_and_its_runs_are_below_it_on_the_list(study, earlier):
+    data, runs = QMimeData(), study.shelf.list
+    data.setUrls([QUrl.fromLocalFile(earlier)])
+    place = QPointF(5, 5)
+    event = QDropEvent(place, Qt.CopyAction, data, Qt.LeftButton, NONE)
+    study.start.eventFilter(study, event)  # Qt itself sends none outside a drag
+    until(study, lambda: study.sweep_control.cells and study.sweep_control.cells.are_known())
+    cells = study.sweep_control.cells.cells
+    assert [[cell.outcome for cell in row] for row in cells] == [
+        ["passed", "failed"],
+        ["passed", "passed"],
+    ]
+    assert study.results_tabs.currentWidget() is study.sweep
+    click_cell(study, 0, 1)
+    until(study, lambda: study.opened.run is not None)
+    assert study.opened.run.path == os.path.join(earlier, cells[0, 1].run)
+    study.bring_forward("Runs")
+    until(study, lambda: runs.current_path() == earlier)
+    assert [entry.name for entry in runs.runs.entries] == [study.scenario.title]
+    runs.setFocus()
+    for key, count in ((Qt.Key_Right, 5), (Qt.Key_Left, 1), (Qt.Key_Space, 5)):
+        QTest.keyClick(runs, key)
+        until(study, lambda count=count: len(runs.runs.entries) == count)
+    assert runs.runs.entries[1].name == "gain 0.5, rate 4" and runs.runs.entries[1].within
+    QTest.keyClick(runs, Qt.Key_Down)
+    QTest.keyClick(runs, Qt.Key_Return)
+    wanted = os.path.join(earlier, cells[0, 0].run)
+    until(study, lambda: study.opened.run is not None and study.opened.run.path == wanted)
+    QTest.keyClick(runs, Qt.Key_Left)  # to the sweep
+    assert runs.current_path() == earlier and not runs.runs.compared
+    study.sweep_control.open(earlier)
+    until(study, lambda: study.sweep_control.cells and study.sweep_control.cells.are_known())
+    press(study.sweep.start)  # another one, with the form as it stands
+    study.sweep_control.open(earlier)
+    assert "cancel the sweep that runs" in study.banners.text("error")
+    press(study.sweep.cancel)
+    until(study, lambda: study.sweep.start.isEnabled())
 
 
 def test_cancel_ends_the_sweep_and_its_workers_and_keeps_what_has_ended(study):

@@ -53,7 +53,10 @@ def main():
     for name, meaning in ARGUMENTS.items():
         parser.add_argument("--" + name, default="", help=meaning)
     parser.add_argument(
-        "run", nargs="?", default="", help="a run to show: its folder, its run.csv, or a bag"
+        "run",
+        nargs="?",
+        default="",
+        help="a run to show: its folder, its run.csv, or a bag; or the folder of a sweep",
     )
     arguments, rest = _parsed(parser)
     _refuse_parameters()

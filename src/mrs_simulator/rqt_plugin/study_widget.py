@@ -77,10 +77,9 @@ class StudyWidget(StudyPanels):
         given = self.results, self.files, processes, self.opened, self.comparison_control
         self.export = Export(self, *given)
         self.curves.export_asked.connect(guarded(self.export.do))
-        self.shelf_control = ShelfControl(
-            self, self.study.shelf, self.files, self.opened, self.results
-        )
         self.sweep_control = SweepControl(self, self.study, self.opened)
+        given = self.files, self.opened, self.results, self.sweep_control
+        self.shelf_control = ShelfControl(self, self.study.shelf, *given)
         self.search_control = SearchControl(
             self, self.study, self.opened, self.replay, self.files, self.shelf_control
         )
@@ -101,7 +100,7 @@ class StudyWidget(StudyPanels):
         self.hide_absent(connection.absent)
         self.show_scenario(scenario)
         self.files.saved_text = self.files.text()
-        self.start = Start(self, self.files)
+        self.start = Start(self, self.files, self.shelf_control)
         self.edits = UnsavedEdits(autosave, self, self.study, self.files, self._restored)
         self._start_timer(FRAME, self._on_frame)
         self._start_timer(TICK, self._on_tick)

@@ -22,7 +22,7 @@ def main(argv=None):
         "scenario",
         nargs="?",
         default="",
-        help="YAML file, or the name of a shipped one; or a run: its folder, or its run.csv",
+        help="YAML file, or the name of a shipped one; or a folder of a run or a sweep, or a run.csv",
     )
     parser.add_argument(
         "--fresh", action="store_true", help="without the settings of the last time"

@@ -56,8 +56,9 @@ class RunFiles:
         return path
 
     def short_path(self, path):
-        """Return the ``path`` of something among the results as users write it."""
-        return os.path.join("~", SAVED, os.path.relpath(path, self.results_directory()))
+        """Return the ``path`` of something as users write it: short among the results."""
+        below = os.path.relpath(path, self.results_directory())
+        return path if below.startswith(os.pardir) else os.path.join("~", SAVED, below)
 
     def save(self, history, directory, more=()):
         """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background.

@@ -3,17 +3,21 @@
 import contextlib
 import os
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mrs_simulator.rqt_plugin.shelf.differences import flat
 from mrs_simulator.scenario.reading import load_yaml
 from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE, VERDICT_FILE
-from mrs_simulator.verdict.verdict import outcome_of
+from mrs_simulator.study.run.sweep import TABLE
+from mrs_simulator.study.run.sweep_plan import PLAN, is_sweep, read_table, swept, values_of
+from mrs_simulator.verdict.verdict import PASSED, outcome_of
 from mrs_simulator.verdict.verdict_file import read_verdict
 
 BAG = ".bag"
 PAUSE = 0.003  # [s] after each run that was read, in which the window's thread goes on
 READ = RUN_FILE, SCENARIO_FILE, VERDICT_FILE  # files that an entry depends on
+READ_OF_SWEEP = TABLE, PLAN
+NO_RUN = "{}: no run: wanted a folder with a {}, or a bag, or the folder of a sweep"
 
 
 class Marks(NamedTuple):
@@ -24,17 +28,27 @@ class Marks(NamedTuple):
     pinned: bool = False
 
 
+class Swept(NamedTuple):
+    """What a list says of a sweep."""
+
+    keys: tuple  # that vary, by their last names
+    runs: int  # [-] that have ended
+    passed: int
+
+
 class Entry(NamedTuple):
-    """One run of the list."""
+    """One run of the list, or a sweep."""
 
     path: str  # of its folder, or of a bag
-    title: str  # of its scenario, "" where it has none
+    title: str  # of its scenario, "" where it has none; of a run of a sweep what varies
     time: float  # [s] since 1970, when its data was written last
     protocol: str  # its name, or that of its file
     keys: dict  # of its scenario, flat
     outcome: str  # of its verdict, "" without one
     size: int  # [bytes]
     marks: Marks = Marks()
+    sweep: Any = None  # ``Swept``, of a sweep
+    within: str = ""  # the path of the sweep whose run it is
 
     @property
     def name(self):
@@ -57,17 +71,44 @@ def is_run(path):
     return os.path.isfile(data_of(path))
 
 
+def is_listed(path):
+    """Return whether at ``path`` there is what the list shows: a run, or a sweep."""
+    return is_run(path) or is_sweep(path)
+
+
+def runs_of(sweep):
+    """Return ``{path: name}`` of the runs of the sweep at a path, in its order; {} where it cannot be read.
+
+    Names say what varies.
+    """
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        rows = read_table(sweep)
+        found = {os.path.join(sweep, row["run"]): row for row in rows}
+        return {path: _varied(row, swept(rows)) for path, row in found.items() if is_run(path)}
+    return {}
+
+
+def _varied(row, keys):
+    values = values_of(row, keys).items()
+    texts = ("{:.4g}".format(v) if isinstance(v, float) else str(v) for _, v in values)
+    return ", ".join("{} {}".format(last_name(key), text) for key, text in zip(keys, texts))
+
+
+def last_name(key):
+    """Return the last part of the path of a ``key``."""
+    return key.rpartition(".")[2]
+
+
 def run_at(path):
-    """Return the absolute path of the run at ``path``, a folder, its ``run.csv`` or a bag.
+    """Return the absolute path of the run at ``path``, a folder, its ``run.csv`` or a bag, or of a sweep.
 
     Raises ``ValueError`` where there is none.
     """
     path = os.path.abspath(path)
     if os.path.basename(path) == RUN_FILE:
         path = os.path.dirname(path)
-    if not is_run(path):
-        text = "{}: no run: wanted a folder with a {}, or a bag"
-        raise ValueError(text.format(path, RUN_FILE))
+    if not is_listed(path):
+        raise ValueError(NO_RUN.format(path, RUN_FILE))
     return path
 
 
@@ -94,7 +135,8 @@ class Entries:
 
 def _signature(path):
     """Return what changes with the files of the run at ``path``; None where there is none."""
-    files = [path] if path.endswith(BAG) else [os.path.join(path, name) for name in READ]
+    names = READ_OF_SWEEP if is_sweep(path) and not is_run(path) else READ
+    files = [path] if path.endswith(BAG) else [os.path.join(path, name) for name in names]
     found = []
     for file in files:
         try:
@@ -102,22 +144,49 @@ def _signature(path):
             found.append((stat.st_mtime, stat.st_size))
         except OSError:
             found.append(None)
-    return None if found[0] is None else tuple(found)
+    return None if found[0] is None and names is READ else tuple(found)
 
 
 def _read(path):
     """Return the entry of the run at ``path``; of files that cannot be read nothing is known."""
     if path.endswith(BAG):
         return Entry(path, "", os.path.getmtime(path), "", {}, "", os.path.getsize(path))
-    keys, outcome = {}, ""
-    with contextlib.suppress(OSError, ValueError):
-        content = load_yaml(os.path.join(path, SCENARIO_FILE))
-        keys = flat(content) if isinstance(content, dict) else {}
+    if not is_run(path):
+        return _read_sweep(path)
+    keys, outcome = _keys_in(path), ""
     with contextlib.suppress(OSError, ValueError):
         outcome = outcome_of(read_verdict(os.path.join(path, VERDICT_FILE)))
+    when = os.path.getmtime(os.path.join(path, RUN_FILE))
+    return Entry(path, *_about(keys, when), keys, outcome, size_of(path))
+
+
+def _read_sweep(path):
+    """Return the entry of the sweep at ``path``."""
+    rows, when = [], os.path.getmtime(path)
+    with contextlib.suppress(OSError, ValueError):
+        rows = [row for row in read_table(path) if {"run", "outcome"} <= set(row)]
+    for name in filter(os.path.exists, (os.path.join(path, each) for each in READ_OF_SWEEP)):
+        when = os.path.getmtime(name)
+        break
+    keys = _keys_in(path) or (_keys_in(os.path.join(path, rows[0]["run"])) if rows else {})
+    names = tuple(last_name(key) for key in (swept(rows) if rows else ()))
+    passed = sum(row["outcome"] == PASSED for row in rows)
+    found = Entry(path, *_about(keys, when), {}, "", size_of(path))
+    return found._replace(sweep=Swept(names, len(rows), passed))
+
+
+def _keys_in(path):
+    """Return the keys of the scenario in the folder ``path``, flat; {} of one that cannot be read."""
+    with contextlib.suppress(OSError, ValueError):
+        content = load_yaml(os.path.join(path, SCENARIO_FILE))
+        return flat(content) if isinstance(content, dict) else {}
+    return {}
+
+
+def _about(keys, when):
+    """Return title, time and protocol of an ``Entry``, of a scenario's ``keys``."""
     protocol = os.path.basename(str(keys.get("control.protocol", "")))
-    title, when = str(keys.get("title", "")), os.path.getmtime(os.path.join(path, RUN_FILE))
-    return Entry(path, title, when, protocol, keys, outcome, size_of(path))
+    return str(keys.get("title", "")), when, protocol
 
 
 def size_of(path):

@@ -6,13 +6,22 @@ import shutil
 import time
 
 from mrs_simulator.rqt_plugin.run.user_settings import read_settings, user_directory, write_settings
-from mrs_simulator.rqt_plugin.shelf.entry import BAG, Entries, Marks, is_run, run_at, size_of
+from mrs_simulator.rqt_plugin.shelf.entry import (
+    BAG,
+    Entries,
+    Marks,
+    is_listed,
+    run_at,
+    runs_of,
+    size_of,
+)
 
 MOST_BYTES = 2 * 10**9  # [bytes] of all runs in the folder, unless the user wants others
 OWN = "mrs_simulator_runs"  # the folder's name below one that the user has chosen
 DELETED = ".deleted"  # the folder of runs that can be brought back
 SETTINGS = "shelf.json"
 SAVED = "mrs_runs"  # the folder that is suggested for results, and where `record` writes
+MOST_SWEPT = 500  # [-] runs listed of sweeps that are unfolded
 MOST_WATCHED = 500  # [-] runs listed of a folder that is watched
 KEPT_DELETED = 86400.0  # [s] that a deleted run stays after a GUI that did not end in order
 
@@ -75,16 +84,29 @@ class Shelf:
 
     # What is there -------------------------------------------------------------------------------
 
-    def scan(self):
-        """Return the ``Entry`` of each run, the newest first."""
+    def scan(self, unfolded=()):
+        """Return the ``Entry`` of each run and sweep, the newest first.
+
+        Runs of sweeps whose paths are ``unfolded`` follow these.
+        """
         settings = self.settings()
         paths = runs_in(settings["folder"])
         for folder in settings["watched"]:
             paths += runs_in(folder)[:MOST_WATCHED]
-        paths += [path for path in settings["others"] if is_run(path)]
-        entries = self._entries.of(dict.fromkeys(paths))
-        marked = (e._replace(marks=_marks(settings["marks"].get(e.path))) for e in entries)
-        return sorted(marked, key=lambda entry: -entry.time)
+        paths += [path for path in settings["others"] if is_listed(path)]
+        within = {path: runs_of(path) for path in paths if path in unfolded}
+        swept = [run for runs in within.values() for run in runs][:MOST_SWEPT]
+        entries = {each.path: each for each in self._entries.of(dict.fromkeys([*paths, *swept]))}
+        for path, entry in entries.items():
+            entries[path] = entry._replace(marks=_marks(settings["marks"].get(path)))
+        own = [entries[path] for path in dict.fromkeys(paths) if path in entries]
+        listed = []
+        for entry in sorted(own, key=lambda entry: -entry.time):
+            listed.append(entry)
+            for run, name in within.get(entry.path, {}).items():
+                if run in entries:
+                    listed.append(entries[run]._replace(within=entry.path, title=name))
+        return listed
 
     def add(self, path):
         """Add a run, or watch a folder of runs, at ``path``; return the path of the run, None of a folder.
@@ -92,7 +114,7 @@ class Shelf:
         Raises ``ValueError`` where there is neither, and ``OSError`` where that cannot be kept.
         """
         path = os.path.abspath(path)
-        if os.path.isdir(path) and not is_run(path):
+        if os.path.isdir(path) and not is_listed(path):
             self._append("watched", path)
             return None
         path = run_at(path)
@@ -137,6 +159,8 @@ class Shelf:
             if self._is_watched(path):
                 text = "{}: its folder is watched: delete the run there, or watch it no longer"
                 raise ValueError(text.format(path))
+            if path not in settings["others"]:
+                raise ValueError("{}: the run belongs to a sweep".format(path))
             self.change(others=[other for other in settings["others"] if other != path])
             return path, None
         bin_ = os.path.join(settings["folder"], DELETED)
@@ -194,9 +218,9 @@ class Shelf:
 
 
 def runs_in(folder):
-    """Return the paths of the runs in ``folder``, the newest first; [] where it cannot be read."""
+    """Return the paths of runs and sweeps in ``folder``, the newest first; [] where it cannot be read."""
     found = [each for each in _entries_in(folder) if not each.name.startswith(".")]
-    runs = [each for each in found if is_run(each.path) and (each.is_dir() or _is_bag(each))]
+    runs = [each for each in found if is_listed(each.path) and (each.is_dir() or _is_bag(each))]
     return [os.path.abspath(each.path) for each in sorted(runs, key=_age)]
 
 

@@ -107,9 +107,8 @@ class ShelfPanel(QWidget):
         self._entries = entries
         self._hint.setVisible(not entries)
         self._list()
-        text = "{} runs, {} of {}".format(
-            len(entries), size_text(own), size_text(settings["most_bytes"])
-        )
+        runs = sum(each.sweep.runs if each.sweep else not each.within for each in entries)
+        text = "{} runs, {} of {}".format(runs, size_text(own), size_text(settings["most_bytes"]))
         self._size.setText(text)
         self._size.setToolTip("kept in {}".format(settings["folder"]))
         self._fill_menu(settings)

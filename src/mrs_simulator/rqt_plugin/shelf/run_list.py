@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.shelf.thumbnail import Thumbnails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 SAME = "as the run before"
+SWEPT, NOTHING = "{} runs over {}", "nothing yet"
 MOST_NAMED = 4  # [-] differences in a row
 
 
@@ -21,6 +22,7 @@ class RunModel(QAbstractListModel):
         super().__init__(parent)
         self.entries, self._texts = [], []
         self.compared, self.shown = [], ""  # paths: those laid over the run shown, and that
+        self.unfolded = set()  # paths of the sweeps whose runs are listed
 
     def rowCount(self, parent=None):
         """Return how many runs there are."""
@@ -54,9 +56,16 @@ class RunModel(QAbstractListModel):
         return True
 
     def _difference(self, row):
-        """Return in words what differs from the run before that in ``row``, "" where it is not known."""
-        keys = self.entries[row].keys
-        before = next((each.keys for each in self.entries[row + 1 :] if each.keys), None)
+        """Return in words what differs from the run before that in ``row``, "" where it is not known.
+
+        Of a sweep: over what it is.
+        """
+        if self.entries[row].sweep is not None:
+            swept = self.entries[row].sweep
+            return SWEPT.format(swept.runs, ", ".join(swept.keys) or NOTHING)
+        keys = {} if self.entries[row].within else self.entries[row].keys
+        earlier = (each for each in self.entries[row + 1 :] if not each.within)
+        before = next((each.keys for each in earlier if each.keys), None)
         if not keys or before is None:
             return ""
         found = [each.text for each in differing((before, keys))]
@@ -96,11 +105,12 @@ def size_text(size):
 
 
 class RunList(QListView):
-    """The list, with mouse and keys: Return shows, blank compares, Del deletes."""
+    """The list, with mouse and keys: Return shows, blank compares or unfolds, Del deletes."""
 
     show_asked = Signal(str)  # path of a run
     compared_changed = Signal(object)  # paths of the runs to compare with the one shown
     delete_asked = Signal(str)
+    folded = Signal()  # a sweep was, or was unfolded
     dropped = Signal(object)  # paths of files and folders
 
     def __init__(self, parent=None):
@@ -127,10 +137,11 @@ class RunList(QListView):
         return self.runs.entries[row].path if 0 <= row < len(self.runs.entries) else ""
 
     def choose(self, path):
-        """Make the run at ``path`` the current one, if it is there."""
+        """Make the run at ``path`` the current one; return whether it is there."""
         row = self.runs.row_of(path)
         if row >= 0:
             self.setCurrentIndex(self.runs.index(row))
+        return row >= 0
 
     def follow(self):
         """Show pictures that are there by now."""
@@ -149,7 +160,13 @@ class RunList(QListView):
             self.viewport().update()
 
     def toggle(self, row):
-        """Compare the run in ``row``, or no longer."""
+        """Compare the run in ``row``, or no longer; fold or unfold a sweep."""
+        entry = self.runs.entries[row]
+        if entry.sweep is not None:
+            self.runs.unfolded.symmetric_difference_update([entry.path])
+            self.viewport().update()
+            self.folded.emit()
+            return
         self.runs.toggle(row)
         self.compared_changed.emit(list(self.runs.compared))
 
@@ -179,10 +196,20 @@ class RunList(QListView):
             self.show_asked.emit(path)
         elif path and event.key() == Qt.Key_Space:
             self.toggle(row)
+        elif path and event.key() in (Qt.Key_Left, Qt.Key_Right):
+            self._fold(row, event.key() == Qt.Key_Left)
         elif path and event.key() == Qt.Key_Delete:
             self.delete_asked.emit(path)
         else:
             super().keyPressEvent(event)
+
+    def _fold(self, row, folded):
+        """Fold or unfold the sweep in ``row``; from a run of one go to the sweep, to fold it."""
+        entry = self.runs.entries[row]
+        if entry.within and folded:
+            self.choose(entry.within)
+        elif entry.sweep is not None and folded == (entry.path in self.runs.unfolded):
+            self.toggle(row)
 
     @guarded
     def dragEnterEvent(self, event):

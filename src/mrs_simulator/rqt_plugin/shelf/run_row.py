@@ -24,6 +24,7 @@ WORDS = {
     "": ("no verdict", "aside"),
 }
 PIN = "\u2605 "
+INDENT = 1  # [lines of text] of the runs of a sweep
 WIDE = 4.0 / 3.0  # [-] of a picture, over its height
 
 
@@ -66,9 +67,13 @@ class RunRow(QStyledItemDelegate):
             )
         role = QPalette.HighlightedText if chosen else QPalette.Text
         colour = palette.color(QPalette.Active, role)
-        self._paint_box(painter, option, index, colour, line)
-        self._paint_picture(painter, self._picture_place(option.rect, line), entry, palette)
-        place = self._text_place(option.rect, option)
+        if entry.sweep is None:
+            self._paint_box(painter, option, index, colour, line)
+        else:
+            self._paint_arrow(painter, option, entry.path in view.runs.unfolded, colour, line)
+        rect = option.rect.adjusted(INDENT * line if entry.within else 0, 0, 0, 0)
+        self._paint_picture(painter, self._picture_place(rect, line), entry, palette)
+        place = self._text_place(rect, option)
         self._paint_texts(painter, place, entry, difference, colour, chosen)
         painter.restore()
 
@@ -94,6 +99,19 @@ class RunRow(QStyledItemDelegate):
             tick = [middle + QPointF(x * side, y * side) for x, y in places]
             painter.drawPolyline(QPolygonF(tick))
 
+    def _paint_arrow(self, painter, option, unfolded, colour, line):
+        """Paint what a click unfolds, or folds."""
+        box, side = self.box(option.rect), 0.4 * line
+        x, y = box.center().x() + 2.0, box.center().y() + 0.5
+        corners = (-0.6, -1.0), (0.9, 0.0), (-0.6, 1.0)
+        turned = [(b, a) for a, b in corners] if unfolded else corners
+        painter.setRenderHint(QPainter.Antialiasing)
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(faint(colour))
+        points = [QPointF(x + a * side, y + b * side) for a, b in turned]
+        painter.drawPolygon(QPolygonF(points))
+        painter.setBrush(Qt.NoBrush)
+
     def _picture_place(self, rect, line):
         high = int((1.15 * self.lines) * line)
         left = self.box(rect).right() + 2
@@ -112,6 +130,8 @@ class RunRow(QStyledItemDelegate):
     def _paint_texts(self, painter, first, entry, difference, colour, chosen):
         """Paint name and verdict in the line ``first``, and the others below."""
         word, kind = WORDS[entry.outcome]
+        if entry.sweep is not None:
+            word = "{} of {} passed".format(entry.sweep.passed, entry.sweep.runs)
         palette, font = self.parent().palette(), QFont(self.parent().font())
         bold = QFont(font)
         bold.setBold(True)

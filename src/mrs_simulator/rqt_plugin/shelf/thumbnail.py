@@ -5,17 +5,20 @@ import threading
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
-from mrs_simulator.rqt_plugin.shelf.entry import BAG
+from mrs_simulator.rqt_plugin.shelf.entry import BAG, is_run
 from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
 from mrs_simulator.rqt_plugin.widgets.colours import shade
 from mrs_simulator.rqt_plugin.widgets.guard import LOG
 from mrs_simulator.study.draw.figure_parts import START_COLOUR
+from mrs_simulator.study.run.sweep_plan import read_table, swept, values_of
+from mrs_simulator.verdict.verdict import FAILED, PASSED
 
 FINE = 2  # [-] pixels of the picture for one of its size
 RIM = 0.08  # [-] of the picture
 LINE, DOT = 1.3, 1.8  # [px]
+OF_OUTCOME, UNJUDGED = {PASSED: "#4393c3", FAILED: "#d6604d"}, "#b0b0b0"  # of a sweep's cells
 
 
 def thumbnail(path, width, height, ground):
@@ -40,6 +43,47 @@ def thumbnail(path, width, height, ground):
     finally:
         painter.end()
     return image
+
+
+def sweep_thumbnail(path, width, height, ground):
+    """Return a ``QImage`` of the cells of the sweep at ``path`` by what came of them.
+
+    As :func:`thumbnail`; blue has passed, red has not, grey was not judged.
+    """
+    image = QImage(FINE * width, FINE * height, QImage.Format_RGB32)
+    image.fill(QColor(ground))
+    rows = read_table(path)
+    if not rows:
+        return image
+    columns, lines = _grid(rows)
+    wide, high = image.width() / len(columns), image.height() / len(lines)
+    painter = QPainter(image)
+    try:
+        for row, (x, y) in zip(rows, _places(rows)):
+            cell = QRectF(
+                columns.index(x) * wide, (len(lines) - 1 - lines.index(y)) * high, wide, high
+            )
+            painter.fillRect(cell, QColor(OF_OUTCOME.get(row["outcome"], UNJUDGED)))
+    finally:
+        painter.end()
+    return image
+
+
+def _places(rows):
+    """Return the first two values of each of a sweep's ``rows``; of one key the second is 0."""
+    keys = swept(rows)
+    values = (list(values_of(row, keys).values()) for row in rows)
+    return [tuple((each + [0, 0])[:2]) for each in values]
+
+
+def _grid(rows):
+    """Return the values along x and along y, numbers ascending."""
+    places = _places(rows)
+    return [sorted({each[axis] for each in places}, key=_order) for axis in (0, 1)]
+
+
+def _order(value):
+    return (0, value, "") if isinstance(value, (int, float)) else (1, 0, value)
 
 
 def _fitting(tracks, width, height):
@@ -101,8 +145,9 @@ class Thumbnails:
         for path, data, look in iter(self._wanted.get, None):
             _, width, height, ground = look
             try:
-                image = thumbnail(data, width, height, QColor(ground))
-            except (OSError, ValueError):
+                draw, source = (thumbnail, data) if is_run(path) else (sweep_thumbnail, path)
+                image = draw(source, width, height, QColor(ground))
+            except (OSError, ValueError, KeyError):
                 continue  # of a run that is being written, or is broken: it is listed without one
             except Exception:
                 LOG.exception("in a picture of %s", data)

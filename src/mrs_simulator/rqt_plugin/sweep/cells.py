@@ -1,6 +1,5 @@
 """The cells of a sweep map: what theory foretells of each, and what its run has shown; without Qt."""
 
-import csv
 import math
 import os
 from typing import Any, NamedTuple
@@ -9,8 +8,7 @@ import numpy as np
 from matplotlib.colors import Normalize
 
 from mrs_simulator.study.draw.sweep_figures import about_zero, scale_of
-from mrs_simulator.study.run.sweep import TABLE
-from mrs_simulator.study.run.sweep_plan import PLAN, read_plan
+from mrs_simulator.study.run.sweep_plan import plan_of, read_table
 from mrs_simulator.study.run.workers import failed
 from mrs_simulator.study.search.trials import NEUTRAL, share_of
 from mrs_simulator.verdict.requirements.results import known_bound
@@ -21,6 +19,7 @@ MARGIN, SETTLING, GROWTH = "margin of the claims", "settling time", "growth rate
 UNITS = {MARGIN: "of the tolerance", SETTLING: "s", GROWTH: "1/s"}
 ROBUSTNESS = "robustness of {}"
 USUAL_SHARE = 80  # [%] of growth rates that the scale of colours covers
+NO_MAP = "a sweep over {}: wanted two keys of numbers for a map, with two values of each at least"
 SEQUENTIAL, BETTER_HIGH, BETTER_LOW = "viridis", "RdBu", "RdBu_r"  # seen by the colour-blind, too
 
 
@@ -54,8 +53,22 @@ class SweepCells:
         self.cells = np.full(shape, None, dtype=object)
         self.boundary, self.lines = "", []  # the theorem's name, and its lines in cells, (m, 2)
 
+    @classmethod
+    def of_plan(cls, plan):
+        """Return the cells of what ``sweep_plan.plan_of`` has returned, taken in.
+
+        Raises ``ValueError`` where no map can be made of it.
+        """
+        keys = plan["keys"]
+        values = {key: sorted_numbers(plan["values"][key]) for key in keys}
+        if len(keys) != 2 or not all(values.values()):
+            raise ValueError(NO_MAP.format(", ".join(keys)))
+        result = cls(keys, values)
+        result.take_plan(plan)
+        return result
+
     def take_plan(self, plan):
-        """Take in what ``sweep_plan.read_plan`` has returned."""
+        """Take in what ``sweep_plan.plan_of`` has returned."""
         self.units = plan["units"]
         for each in plan["runs"]:
             column, row = (
@@ -87,6 +100,10 @@ class SweepCells:
     def known(self):
         """Return the ``Cell``s whose runs have ended, in a list."""
         return [cell for cell in self.cells.flat if cell is not None and cell.outcome]
+
+    def are_known(self):
+        """Return whether all runs have ended."""
+        return len(self.known()) == sum(cell is not None for cell in self.cells.flat)
 
     def quantities(self):
         """Return the names of what cells can be coloured by."""
@@ -123,6 +140,12 @@ class Scale(NamedTuple):
     beyond: tuple = (False, False)  # whether values lie below, and above, its ends
 
 
+def sorted_numbers(values):
+    """Return ``values`` ascending; [] where one is no number, or there are fewer than two."""
+    numbers = all(type(each) in (int, float) for each in values) and len(values) > 1
+    return sorted(values) if numbers else []
+
+
 def scale_for(name, values):
     """Return the ``Scale`` of ``values`` of the quantity called ``name``, None where there is none."""
     finite = values[np.isfinite(values)]
@@ -148,13 +171,9 @@ def read_news(out, known, planned):
     written yet.  It may take long, and is for a thread of its own.
     """
     plan, verdicts = None, {}
-    if not planned and os.path.exists(os.path.join(out, PLAN)):
-        plan = read_plan(out)
-    try:
-        with open(os.path.join(out, TABLE), encoding="utf-8", newline="") as file:
-            rows = [row for row in csv.DictReader(file) if row["run"] not in known]
-    except FileNotFoundError:
-        rows = []
+    if not planned:
+        plan = plan_of(out)
+    rows = [row for row in read_table(out) if row["run"] not in known]
     for row in rows:
         try:
             verdicts[row["run"]] = read_verdict(os.path.join(out, row["run"], "verdict.json"))

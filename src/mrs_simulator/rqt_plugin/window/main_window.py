@@ -10,7 +10,7 @@ from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.rqt_plugin.qt.QtCore import QRect, QSettings, QTimer
 from mrs_simulator.rqt_plugin.qt.QtGui import QGuiApplication
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
-from mrs_simulator.rqt_plugin.shelf.entry import BAG, is_run, run_at
+from mrs_simulator.rqt_plugin.shelf.entry import BAG, is_listed, run_at
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
 from mrs_simulator.rqt_plugin.window.saved_layout import LAYOUT
@@ -90,12 +90,12 @@ def open_application(program, arguments=()):
 
 
 def scenario_of_run(path):
-    """Return the path of the run that ``path`` names, "" for none, and that of the scenario to open.
+    """Return the path of the run or sweep that ``path`` names, "" for none, and of the scenario to open.
 
     A run's scenario is the one beside it, "" where there is none.
     """
     is_folder = os.sep in path and os.path.isdir(path)  # else it may be a shipped scenario's name
-    if not is_folder and not path.endswith((BAG, RUN_FILE)) and not is_run(path):
+    if not is_folder and not path.endswith((BAG, RUN_FILE)) and not is_listed(path):
         return "", path
     run = run_at(path)
     beside = os.path.join(run, SCENARIO_FILE)

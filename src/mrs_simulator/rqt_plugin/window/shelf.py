@@ -5,6 +5,7 @@ import os
 import time
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
+from mrs_simulator.rqt_plugin.shelf.entry import is_run, is_sweep
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.results.report import SCENARIO_FILE
@@ -18,11 +19,13 @@ MOST_NAMED = 5
 class ShelfControl:
     """Keeps the list of runs up to date, and marks, deletes and adds runs."""
 
-    def __init__(self, panels, shelf, files, opened, results):
+    def __init__(self, panels, shelf, files, opened, results, sweeps):
         """``shelf``: the ``Shelf``; ``files``: the ``ScenarioFiles``; ``opened``: the ``OpenedRun``.
 
-        ``results``: the window's ``Results``, which know where its own run was saved.
+        ``results``: the window's ``Results``, which know where its own run was saved; ``sweeps``: the
+        ``SweepControl``.
         """
+        self._sweeps = sweeps
         self._panels, self._shelf, self._files = panels, shelf, files
         self._opened, self._results = opened, results
         self._worker, self._looks = DebouncedWorker(0.0), False
@@ -38,6 +41,7 @@ class ShelfControl:
         panel.size_chosen.connect(self._on_size)
         panel.list.dropped.connect(self._on_dropped)
         panel.list.show_asked.connect(self._on_show)
+        panel.list.folded.connect(guarded(self.look))
         panel.scenario_asked.connect(self._on_scenario)
 
     # Looking -------------------------------------------------------------------------------------
@@ -58,16 +62,17 @@ class ShelfControl:
         pause = SEEN if panel.isVisible() else HIDDEN
         if not self._looks and time.monotonic() - self._looked_at >= pause:
             self._looks, self._looked_at = True, time.monotonic()
-            self._worker.ask(self._looked)
+            unfolded = frozenset(panel.list.runs.unfolded)
+            self._worker.ask(lambda: self._looked(unfolded))
 
-    def _looked(self):
+    def _looked(self, unfolded):
         """Return entries, settings, the size of the user's folder and what made room; in a thread."""
         shelf, gone = self._shelf, []
-        entries, settings = shelf.scan(), shelf.settings()
+        entries, settings = shelf.scan(unfolded), shelf.settings()
         own = shelf.own(entries)
         if sum(entry.size for entry in own) > settings["most_bytes"]:
             gone = shelf.make_room([own[0].path])  # the newest, however large
-            entries = shelf.scan() if gone else entries
+            entries = shelf.scan(unfolded) if gone else entries
             own = shelf.own(entries)
         return entries, settings, sum(entry.size for entry in own), gone
 
@@ -77,9 +82,8 @@ class ShelfControl:
             return
         entries, settings, own, gone = found
         self._panels.shelf.show_entries(entries, settings, own)
-        if self._chosen:
-            self._panels.shelf.list.choose(self._chosen)
-            self._chosen = ""
+        if self._chosen and self._panels.shelf.list.choose(self._chosen):
+            self._chosen = ""  # a look that began before it was there has it not
         if gone:
             named = ", ".join(gone[:MOST_NAMED]) + (", ..." if len(gone) > MOST_NAMED else "")
             runs = "run" if len(gone) == 1 else "runs"
@@ -97,16 +101,18 @@ class ShelfControl:
             return None
 
     def open(self, path):
-        """List and show the run at ``path``, a folder, its ``run.csv`` or a bag."""
+        """List and show the run at ``path``, a folder, its ``run.csv`` or a bag, or a sweep's map."""
         path = self._do(self._shelf.add, path)
         if path is not None:
             self._panels.bring_forward(self._panels.shelf.objectName())
             self._chosen = path
-            self._opened.open(path)
+            self._on_show(path)
 
     @guarded
     def _on_show(self, path):
-        if path == self._results.of_run():  # which the window has
+        if is_sweep(path) and not is_run(path):
+            self._sweeps.open(path)
+        elif path == self._results.of_run():  # which the window has
             self._opened.close()
         else:
             self._opened.open(path)
@@ -141,7 +147,10 @@ class ShelfControl:
     @guarded
     def _on_dropped(self, paths):
         for path in paths:
-            self._do(self._shelf.add, path)
+            added = self._do(self._shelf.add, path)
+            if added is not None and len(paths) == 1:
+                self._chosen = added
+                self._on_show(added)
 
     @guarded
     def _on_add(self, name):

@@ -8,16 +8,17 @@ from mrs_simulator.rqt_plugin.start.picker import ScenarioPicker
 from mrs_simulator.rqt_plugin.start.tour import Tour, steps_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-SCENARIOS, PROTOCOLS = (".yaml", ".yml"), (".py",)
-WRONG = "{}: wanted a scenario (.yaml, .yml) or a protocol (.py)"
+SCENARIOS, PROTOCOLS, RUNS = (".yaml", ".yml"), (".py",), (".csv", ".bag")
+WRONG = "{}: wanted a scenario (.yaml, .yml), a protocol (.py), a run or a sweep"
 
 
 class Start(QObject):
     """Opens picker and tour, and what is dropped."""
 
-    def __init__(self, panels, files):
+    def __init__(self, panels, files, shelf):
+        """``files``: the ``ScenarioFiles``; ``shelf``: the ``ShelfControl``."""
         super().__init__(panels)
-        self._panels, self._files = panels, files
+        self._panels, self._files, self._shelf = panels, files, shelf
         self.picker = self.tour = None
         panels.team.open_requested.connect(self.show_picker)
         panels.setAcceptDrops(True)
@@ -84,5 +85,7 @@ class Start(QObject):
                 self._files.open_unless_controlled(path)
             elif kind in PROTOCOLS:
                 self._panels.protocol.take_file(path)
+            elif kind in RUNS or os.path.isdir(path):
+                self._shelf.open(path)
             else:
                 self._panels.say(ErrorMessage(WRONG.format(path)))

@@ -15,6 +15,8 @@ from mrs_simulator.study.bad_input import BAD_INPUT
 from mrs_simulator.study.results.report import write_scenario
 
 EVERY = 0.5  # [s] of wall time between two looks for cells that have ended
+SLOWLY = 3.0  # [s] the same, of a sweep that was started elsewhere
+BUSY = "{}: not opened: cancel the sweep that runs, or wait for its end"
 TWICE = "wanted another parameter than along x"
 FOLDER = "in {}"
 COMBINATION = re.compile("^.* with (?:[^ =]+=[^ ]+ ?)+: ")  # of values, which a refusal begins with
@@ -59,12 +61,30 @@ class SweepControl:
             panel.note.say("not started: {}".format(reason(error)), "error")
             return
         self.cells = SweepCells(paths, {p: values for p, (_, values, _) in zip(paths, read)})
-        self._planned, self._known, self._last_look = False, set(), False
-        self._reader.ask(None)  # what was asked of the sweep before
-        self._reads = False
-        panel.forget_quantities()
+        self._begin_reading()
         panel.set_running(True)
         self._show()
+
+    def open(self, directory):
+        """Show the map of the sweep in ``directory``, made earlier or elsewhere."""
+        panel = self._panels.sweep
+        self._panels.bring_forward(panel.objectName())
+        if self._command.is_running:
+            self._panels.say(ErrorMessage(BUSY.format(directory)))
+            return
+        self.directory, self.cells = directory, None
+        self._begin_reading()
+        self._last_look = True
+        panel.show_cells(None)
+        panel.note.say("")
+        panel.place.say("")
+
+    def _begin_reading(self):
+        """Forget what was read of the sweep before."""
+        self._planned, self._known, self._last_look = False, set(), False
+        self._reader.ask(None)
+        self._reads = False
+        self._panels.sweep.forget_quantities()
 
     def _start(self, words):
         """Begin the process; what it writes goes to a new folder beside other results."""
@@ -91,8 +111,7 @@ class SweepControl:
         code = self._command.take()
         if code is not None:
             self._end(code)
-        due = self._last_look or time.monotonic() - self._looked_at >= EVERY
-        if due and not self._reads and (self._command.is_running or self._last_look):
+        if self._is_due() and not self._reads:
             self._reads, self._looked_at = True, time.monotonic()
             self._last_look = self._command.is_running and self._last_look
             out, known, planned = self.directory, set(self._known), self._planned
@@ -100,6 +119,13 @@ class SweepControl:
         if self.cells is not None:
             folder, run = os.path.split(self._opened.path)
             panel.map.show_opened(run if folder == self.directory else "")
+
+    def _is_due(self):
+        """Return whether it is time to look for cells that have ended."""
+        passed = time.monotonic() - self._looked_at
+        grows = self._planned and self.cells is not None and not self.cells.are_known()
+        elsewhere = grows and self._panels.sweep.isVisible() and passed >= SLOWLY
+        return self._last_look or elsewhere or (self._command.is_running and passed >= EVERY)
 
     def _take_news(self):
         found = self._reader.take()
@@ -111,20 +137,35 @@ class SweepControl:
             self._panels.say(ErrorMessage("sweep: {}".format(reason(error))))
             return
         plan, verdicts = news
-        if plan is not None:
-            self._planned = True
-            self.cells.take_plan(plan)
+        if plan is not None and not self._take_plan(plan):
+            return
         if self._planned:
             self._known.update(verdicts)
             self.cells.take_verdicts(verdicts)
         if plan is not None or verdicts:
             self._show()
 
+    def _take_plan(self, plan):
+        """Take in the ``plan``; return whether it is one of a map."""
+        try:
+            if self.cells is None:  # of a sweep that was opened
+                self.cells = SweepCells.of_plan(plan)
+            else:
+                self.cells.take_plan(plan)
+        except ValueError as error:
+            self._panels.sweep.note.say("{}: {}".format(self._place(), error), "error")
+            return False
+        self._planned = True
+        return True
+
+    def _place(self):
+        return self._study.files.short_path(self.directory)
+
     def _show(self):
         panel = self._panels.sweep
         panel.show_cells(self.cells)
         panel.note.say(self.cells.summary(), "aside")
-        panel.place.say(FOLDER.format(self._study.files.short_path(self.directory)))
+        panel.place.say(FOLDER.format(self._place()))
 
     def _end(self, code):
         """Show how the process has ended with ``code``, and look once more for cells."""

@@ -1,5 +1,7 @@
 """What a sweep is going to run, and what theory says of each run before it, as one file."""
 
+import contextlib
+import csv
 import json
 import os
 
@@ -10,7 +12,7 @@ from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.reading import read_json
-from mrs_simulator.study.run.sweep import units_of
+from mrs_simulator.study.run.sweep import MEASURES, TABLE, units_of
 
 PLAN = "sweep.json"
 REFUSED = "refused: {}"
@@ -44,6 +46,58 @@ def read_plan(out):
     if not isinstance(plan, dict) or not {"keys", "units", "values", "runs"} <= set(plan):
         raise ValueError("{}: no plan of a sweep".format(os.path.join(out, PLAN)))
     return plan
+
+
+def is_sweep(path):
+    """Return whether the directory ``path`` is that of a sweep: with its plan, or its table."""
+    return any(os.path.isfile(os.path.join(path, name)) for name in (PLAN, TABLE))
+
+
+def plan_of(out):
+    """Return the plan of the sweep in ``out``; of one without ``sweep.json`` what its table has.
+
+    Of that theory says nothing, and only the runs that have ended are known.  None where there is neither
+    file.  Raises ``OSError`` and ``ValueError``.
+    """
+    if os.path.exists(os.path.join(out, PLAN)):
+        return read_plan(out)
+    rows = read_table(out)
+    if not rows:
+        return None
+    keys = swept(rows)
+    runs = [
+        {"run": row["run"], "values": values_of(row, keys), "holds": None, "why": ""}
+        for row in rows
+    ]
+    values = {key: list(dict.fromkeys(each["values"][key] for each in runs)) for key in keys}
+    return {"keys": keys, "units": {}, "values": values, "runs": runs}
+
+
+def read_table(out):
+    """Return the rows of the table of the sweep in ``out``, texts by column; [] where it has none."""
+    try:
+        with open(os.path.join(out, TABLE), encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+    except FileNotFoundError:
+        return []
+
+
+def swept(rows):
+    """Return the keys that vary in the ``rows`` of a sweep's table."""
+    columns = list(rows[0])
+    return columns[1 : columns.index(MEASURES[0])]
+
+
+def values_of(row, keys):
+    """Return the values of ``keys`` in a ``row`` of a sweep's table; texts where they are no numbers."""
+    return {key: _number(row[key]) for key in keys}
+
+
+def _number(text):
+    for kind in (int, float):
+        with contextlib.suppress(ValueError):
+            return kind(text)
+    return text
 
 
 def foretold(scenario):

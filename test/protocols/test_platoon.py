@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
+from mrs_simulator.protocols.marching.platoon import Platoon
 from mrs_simulator.protocols.marching.string_equations import (
     amplitudes,
+    held_link,
     held_link_gain,
     link_gain,
     worst_frequency,
@@ -62,8 +64,6 @@ def test_an_error_grows_down_the_chain_or_does_not(tau, delayed, grows, tmp_path
 
 
 def test_a_law_that_forgets_the_delay_fails(tmp_path):
-    from mrs_simulator.protocols.marching.platoon import Platoon
-
     class Prompt(Platoon):
         def law(self, hand):
             u = super().law(hand)
@@ -73,6 +73,39 @@ def test_a_law_that_forgets_the_delay_fails(tmp_path):
 
     verdict = verdict_of(shipped("platoon"), tmp_path, Prompt)
     assert check(verdict, AMPLIFIED)["passed"] is False
+
+
+class HearsTheNextAtOnce(Platoon):
+    """As much from robot to robot, but sooner by tau."""
+
+    def law(self, hand):
+        late = super().law(hand)
+        errors = hand - self._first
+        then = self._history[0] if len(self._history) > self.delay_steps else 0.0 * errors
+        late[:-1] = self.gain * (errors[1:] - then[:-1])
+        return late
+
+
+class SwaysLess(Platoon):
+    def _sway(self, time):
+        return 0.98 * super()._sway(time)
+
+
+@pytest.mark.parametrize(
+    "law, wrong",
+    [(HearsTheNextAtOnce, "phase from robot to robot"), (SwaysLess, "sway of the leader over")],
+)
+def test_phase_and_amplitude_are_claimed_where_the_ratio_shows_nothing(tmp_path, law, wrong):
+    verdict = verdict_of(shipped("platoon"), tmp_path, law)
+    assert check(verdict, AMPLIFIED)["passed"], verdict["checks"]
+    assert check(verdict, wrong)["passed"] is False
+
+
+def test_the_phase_of_a_link_is_that_of_its_transfer_function():
+    # omega = kappa = 1, tau = 0.75: 1/G = 1 + j e^(0.75 j) = 1 - sin 0.75 + j cos 0.75.
+    held = held_link(1.0, 1.0, 1e-4, 7500)
+    assert np.angle(held) == pytest.approx(-np.arctan2(np.cos(0.75), 1.0 - np.sin(0.75)), abs=1e-3)
+    assert abs(held) == held_link_gain(1.0, 1.0, 1e-4, 7500)
 
 
 def test_a_short_run_is_not_judged(tmp_path):

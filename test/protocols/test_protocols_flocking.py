@@ -247,9 +247,15 @@ class HearsOneWay(CuckerSmale):
         return super().accelerations(hand, velocity) * (np.arange(len(hand)) > 0)[:, np.newaxis]
 
 
+class HearsAllAlike(CuckerSmale):
+    def accelerations(self, hand, velocity):
+        return self.gain * laws.cucker_smale(hand, velocity, 0.0)
+
+
 @pytest.mark.parametrize(
     "law, name",
     [
+        (HearsAllAlike, "decay of velocities over the fastest of such distances [-]"),
         (DrivesApart, "growth of the velocity spread [-]"),
         (HearsTooLittle, "velocity spread over its bound [-]"),
         (HearsOneWay, "drift of the mean velocity [m/s]"),
@@ -258,6 +264,21 @@ class HearsOneWay(CuckerSmale):
 def test_another_law_than_cucker_smale_fails(tmp_path, law, name):
     verdict = verdict_of(shipped("cucker_smale", duration=10.0), tmp_path, law)
     assert name in failed(verdict)
+
+
+class HearsALittleMore(CuckerSmale):
+    def accelerations(self, hand, velocity):
+        return 1.01 * super().accelerations(hand, velocity)
+
+
+@pytest.mark.parametrize("law, share", [(None, 1.0), (HearsALittleMore, 1.01)])
+def test_two_robots_agree_as_fast_as_their_distance_allows(tmp_path, law, share):
+    changes = {"robots": 2, "poses": [[0.0, 0.0, 0.0], [3.0, 1.0, 0.0]], "record_rate": 50}
+    verdict = verdict_of(shipped("cucker_smale", duration=6.0, **changes), tmp_path, law)
+    found = check(verdict, "decay of velocities over the fastest")
+    # Within a period they come a little nearer.
+    assert 0.99 * share < found["measured"] < 1.001 * share
+    assert found["passed"] == (share == 1.0)
 
 
 # Vicsek

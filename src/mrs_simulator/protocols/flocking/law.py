@@ -27,6 +27,8 @@ RADIUS = Parameter(
 # A command is held for a period: a step of that length may add this share of the start.
 ENERGY = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-]
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
+RESOLVED = 1e-6  # [-] of the start, above which a decay from command to command shows
+FASTEST = "decay of velocities over the fastest of such distances [-]"
 STATISTICS = 0.05  # [-] by which a mean over ``FEWEST`` commands may differ
 FEWEST = 100
 
@@ -203,7 +205,8 @@ class CuckerSmale(DoubleIntegrator):
     """Velocities agree, over all distances, the less the farther: Cucker and Smale, 2007.
 
     Theorem: for ``beta <= 1/2``, or a start that is slow enough, velocities agree exponentially at
-    their mean, which is kept, and the flock's diameter stays bounded.
+    their mean, which is kept, and the flock's diameter stays bounded. They agree at no less than gain times
+    the weight of the largest distance, and at no more than that of the least.
     """
 
     PARAMETERS = (
@@ -279,6 +282,19 @@ class CuckerSmale(DoubleIntegrator):
             ratio = spreads(run) / spread / np.maximum(allowed, FLOOR)
             return float(np.max(ratio[1:], initial=0.0))  # the first is 1 by construction
 
+        def fastest(run):
+            velocities, time = self.velocities(run), run.time
+            apart = np.linalg.norm(velocities - velocities.mean(axis=1, keepdims=True), axis=(1, 2))
+            kept = np.flatnonzero(apart[1:] > RESOLVED * apart[0])
+            step = np.diff(time)[kept]
+            # Until the next sample two robots come nearer by what their velocities differ at most.
+            nearest = np.array([least_distance(hand) for hand in run.hand])[kept]
+            nearest = np.maximum(nearest - step * spreads(run)[kept], 0.0)
+            weight = flocking_equations.communication(nearest, self.beta, self.reach)
+            commands = np.rint(step / self.period)
+            allowed = -commands * np.log1p(-self.gain * self.period * weight)
+            return float(np.max(np.log(apart[kept] / apart[kept + 1]) / allowed, initial=0.0))
+
         def sizes(run):
             return max(flocking_equations.diameter(hand) for hand in run.hand)
 
@@ -300,6 +316,7 @@ class CuckerSmale(DoubleIntegrator):
         if spread > 0.0:
             claims += [
                 Claim("velocity spread over its bound [-]", 1.0, 1e-6, over_bound, "at most", True),
+                Claim(FASTEST, 1.0, 1e-6, fastest, "at most", True),
                 Claim("largest diameter of the flock [m]", bound, 1e-6, sizes, "at most", True),
             ]
         return conditions + [claim for claim in claims if np.isfinite(claim.predicted)]

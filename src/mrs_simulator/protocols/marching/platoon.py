@@ -6,14 +6,16 @@ import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.protocols.common import attracting, below
 from mrs_simulator.protocols.consensus.law import GAIN
 from mrs_simulator.protocols.consensus.memory import TAU, Remembering
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.marching.published import Chain
 from mrs_simulator.protocols.marching.string_equations import (
-    amplitudes,
+    held_link,
     held_link_gain,
+    phasors,
     worst_frequency,
 )
 
@@ -21,6 +23,8 @@ WHOLE = 4  # [-] periods of the leader over which amplitudes are measured
 SETTLING = 8.0  # [-] time constants of a link, for each link, after which the start is forgotten
 LATE = 0.5  # [-] of tau by which a delay slows a link
 AMPLIFIED = "amplification from robot to robot [-]"
+LATER = "phase from robot to robot [rad]"
+LED = "sway of the leader over its amplitude [-]"
 TOLERANCE = {"point_mass": 1e-3, "kinematic": 0.02, "dynamic": 0.1}  # [-]
 
 
@@ -31,8 +35,8 @@ class Platoon(Remembering):
     that it starts with from the next; ``e_i`` is how far robot i is from its start.
 
     Theorem: the sway grows from robot to robot by ``max |G|``, ``G = gain e^(-s tau)/(s + gain e^(-s
-    tau))``, which is at most 1 at all frequencies if and only if ``2 gain tau <= 1``. Where only the
-    neighbour's state is late, it never exceeds 1.
+    tau))``, which is at most 1 at all frequencies if and only if ``2 gain tau <= 1``, and turns by the
+    phase of G. Where only the neighbour's state is late, it never exceeds 1.
     """
 
     PARAMETERS = (
@@ -85,7 +89,7 @@ class Platoon(Remembering):
         return self.amplitude * np.sin(self.frequency * np.asarray(time))
 
     def claims(self, start):
-        """Return by how much each robot passes on the leader's sway, above or below 1."""
+        """Return by how much each robot passes on the leader's sway, above or below 1, and how late."""
         tau = self.delay_steps * self.period
         conditions = [
             Condition("two robots", len(start) > 1, "none follows"),
@@ -98,21 +102,34 @@ class Platoon(Remembering):
         if not all(condition.holds for condition in conditions) or self.amplitude == 0.0:
             return conditions
         links = len(start) - 1
-        predicted = float(self._held())
-        tolerance = TOLERANCE[self.fidelity]
+        held, tolerance = self._held(), TOLERANCE[self.fidelity]
+        phase = float(phase_of(held))
 
         def passed_on(run):
-            found = self._measured(run)
+            found = np.abs(self._measured(run))
             return float((found[0] / found[-1]) ** (1.0 / links))
 
-        return [*conditions, Claim(AMPLIFIED, predicted, tolerance, passed_on, free=True)]
+        def turned(run):
+            found = self._measured(run)
+            return phase + float(np.mean(phase_of(found[:-1] / found[1:] * np.exp(-1j * phase))))
+
+        def led(run):
+            return float(np.abs(self._measured(run)[-1])) / self.amplitude
+
+        return [
+            *conditions,
+            Claim(AMPLIFIED, float(np.abs(held)), tolerance, passed_on, free=True),
+            Claim(LATER, phase, tolerance, turned, free=True),
+            Claim(LED, 1.0, tolerance, led, free=True),
+        ]
 
     def _held(self):
+        """Return G of one robot at the leader's frequency, complex."""
         args = self.frequency, self.gain, self.period, self.delay_steps, self.delayed
-        return held_link_gain(*args)
+        return held_link(*args)
 
     def _measured(self, run):
-        """Return the amplitudes (n,) [m] over the last whole periods of the leader."""
+        """Return the sways (n,) complex [m] over the last whole periods of the leader."""
         time = run.time - run.time[0]
         begin = time[-1] - WHOLE * 2.0 * np.pi / self.frequency
         constant = 1.0 / self.gain + LATE * self.tau
@@ -121,7 +138,7 @@ class Platoon(Remembering):
             text = "the run is too short for amplitudes: wanted {:.0f} s"
             raise TooShort(text.format(wanted + time[-1] - begin))
         late = time >= begin
-        return amplitudes(time[late], run.hand[late, :, 0] - run.hand[0, :, 0], self.frequency)
+        return phasors(time[late], run.hand[late, :, 0] - run.hand[0, :, 0], self.frequency)
 
     def measures(self, run):
         """Return ``string_margin``, ``1 - 2 gain tau``, and the worst frequency's amplification."""
@@ -132,12 +149,12 @@ class Platoon(Remembering):
     def curves(self, run):
         """Return the peaks by robot, and the amplification at all frequencies with the leader's marked."""
         try:
-            found = self._measured(run)
+            found = np.abs(self._measured(run))
         except TooShort:
             return []
         links = np.arange(len(found) - 1, -1, -1)
         robots = np.asarray(run.robots)
-        predicted = self.amplitude * self._held() ** links
+        predicted = self.amplitude * np.abs(self._held()) ** links
         peaks = Curve("amplitude [m]", robots, found, predicted, across="Robot", points=True)
         omega = np.linspace(0.02, 4.0, 400) * max(self.gain, self.frequency / 3.0)
         theory = held_link_gain(omega, self.gain, self.period, self.delay_steps, self.delayed)

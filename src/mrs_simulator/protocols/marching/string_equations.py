@@ -18,13 +18,18 @@ def link_gain(omega, gain, tau, delayed="difference"):
 
 
 def held_link_gain(omega, gain, period, steps, delayed="difference"):
-    """Return ``|G|`` [-] where commands are held for ``period`` [s] and tau is so many ``steps``.
+    """Return ``|G|`` [-] as :func:`held_link` has it."""
+    return np.abs(held_link(omega, gain, period, steps, delayed))
+
+
+def held_link(omega, gain, period, steps, delayed="difference"):
+    """Return G (complex) where commands are held for ``period`` [s] and tau is so many ``steps``.
 
     ``z - 1 = a z^-d (...)``, ``a = kappa Tc``, ``z = e^(j omega Tc)``.
     """
     z, a = np.exp(1j * np.asarray(omega, dtype=float) * period), gain * period
     late = a * z ** (-steps)
-    return np.abs(late / (z - 1.0 + (late if delayed == "difference" else a)))
+    return late / (z - 1.0 + (late if delayed == "difference" else a))
 
 
 def worst_frequency(gain, tau, delayed="difference"):
@@ -37,6 +42,11 @@ def worst_frequency(gain, tau, delayed="difference"):
 
 def amplitudes(time, values, omega):
     """Return the amplitudes (n,) of ``values`` (m, n) at ``omega`` [rad/s], by least squares."""
+    return np.abs(phasors(time, values, omega))
+
+
+def phasors(time, values, omega):
+    """Return c (n,) complex of the part ``Im c e^(j omega t)`` of ``values`` (m, n), by least squares."""
     base = np.column_stack([np.sin(omega * time), np.cos(omega * time), np.ones_like(time)])
     found = np.linalg.lstsq(base, values, rcond=None)[0]
-    return np.hypot(found[0], found[1])
+    return found[0] + 1j * found[1]

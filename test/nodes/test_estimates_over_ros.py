@@ -65,7 +65,7 @@ def test_estimates_over_ros_are_those_without(ros, scenario, tmp_path):
     ros.wait_for_connections("/record_", {item.topic for item in items})
     ros.wait_for_connections("/record", {"/stage/state", ESTIMATES})
     ros.probe()
-    wait_until((tmp_path / "over" / "verdict.json").exists, 3 * PATIENCE)
+    verdict = ros.judged(record, tmp_path / "over", 3 * PATIENCE)
     ros.stop(stage)
     run, wanted = (
         read_run_csv(str(tmp_path / out / "run.csv"), load_scenario(str(scenario)))
@@ -77,8 +77,6 @@ def test_estimates_over_ros_are_those_without(ros, scenario, tmp_path):
             getattr(run, name), getattr(wanted, name), rtol=0.0, atol=SAME, err_msg=name
         )
     assert np.abs(run.estimate - run.pose)[-1].max() > 1e-3
-    with open(tmp_path / "over" / "verdict.json") as file:
-        verdict = json.load(file)
     for name in ("estimation_error", "heading_error", "largest_estimation_error"):
         assert verdict[name] == pytest.approx(alone[name], abs=SAME) and verdict[name] > 0.0
     assert "Traceback" not in log_of(stage) + log_of(control) + log_of(record)

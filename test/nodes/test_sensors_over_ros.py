@@ -149,7 +149,7 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
                     np.testing.assert_allclose(b, a, rtol=0.0, atol=within, err_msg=error)
     assert "Traceback" not in log_of(stage) + log_of(control)
     # What the scenario has recorded is the same, too.
-    record.wait(PATIENCE)
+    ros.judged(record, tmp_path / "over")
     for name, within in (("laser", 4e-7), ("gps", 1e-9)):
         found, alone = (
             np.genfromtxt(tmp_path / out / FILE.format(name), delimiter=",", skip_header=1)
@@ -208,7 +208,7 @@ def test_burgers_read_their_lasers_over_ros_as_without(ros, tmp_path):
     stage = ros.node("stage", *given, *waits)
     control = ros.node("pioneer_control", *given)
     record = ros.node("record", "--scenario", path, "--out", tmp_path / "over")
-    wait_until((tmp_path / "over" / "verdict.json").exists, 3 * PATIENCE)
+    ros.judged(record, tmp_path / "over", 3 * PATIENCE)
     over, alone = (read_run_csv(str(tmp_path / out / "run.csv")) for out in ("over", "alone"))
     assert len(over.time) == len(alone.time)
     # Lasers are told in float32, and the filter brakes by them.

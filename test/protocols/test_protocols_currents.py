@@ -50,8 +50,17 @@ def test_a_line_of_sight_aims_ahead():
     np.testing.assert_allclose(fresh, [4.0 + 0.1 * 4.0 / 25.0])
 
 
-@pytest.mark.parametrize("name", ["station_keeping", "station_keeping_integral", "line_of_sight"])
-@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+@pytest.mark.parametrize(
+    "name, fidelity",
+    [
+        ("station_keeping", "kinematic"),
+        ("station_keeping", "dynamic"),
+        ("station_keeping_integral", "kinematic"),
+        ("line_of_sight", "kinematic"),
+        pytest.param("station_keeping_integral", "dynamic", marks=pytest.mark.release),
+        pytest.param("line_of_sight", "dynamic", marks=pytest.mark.release),
+    ],
+)
 def test_the_shipped_scenarios_pass(tmp_path, name, fidelity):
     scenario = shipped(name, fidelity=fidelity)
     if name == "station_keeping":

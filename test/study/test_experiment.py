@@ -134,7 +134,11 @@ def test_the_closest_approach_is_the_same_in_both_files(name, robots, tmp_path):
 
 @pytest.mark.parametrize(
     "name, gap, spread",
-    [("paper", 0.01, 0.01), ("paper_four", 0.01, 0.01), ("paper_dynamic", 0.05, 0.05)],
+    [
+        ("paper", 0.01, 0.01),
+        ("paper_four", 0.01, 0.01),
+        pytest.param("paper_dynamic", 0.05, 0.05, marks=pytest.mark.release),
+    ],
 )
 def test_the_papers_experiment_passes_its_verdict(tmp_path, name, gap, spread):
     verdict = run_experiment(shipped(name), str(tmp_path), formats=())
@@ -345,7 +349,7 @@ def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code
         str(tmp_path),
     ]
     process = subprocess.Popen(
-        command + ["--duration", "5000"],
+        command + ["--duration", "5000", "--formats", ""],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         preexec_fn=heed_interrupts,

@@ -49,10 +49,10 @@ def content(path):
         return file.read()
 
 
-@pytest.mark.parametrize("n", [1, 7, 100])
-def test_four_figures_are_written_whole_and_valid(tmp_path, n):
-    paths = report.figures(make_run(n), str(tmp_path), ("png", "pdf", "svg"))
-    wanted = [name + "." + kind for name in NAMES for kind in ("png", "pdf", "svg")]
+@pytest.mark.parametrize("n, kinds", [(1, ["png"]), (7, ["png", "pdf", "svg"]), (100, ["png"])])
+def test_four_figures_are_written_whole_and_valid(tmp_path, n, kinds):
+    paths = report.figures(make_run(n), str(tmp_path), kinds)
+    wanted = [name + "." + kind for name in NAMES for kind in kinds]
     assert [os.path.basename(path) for path in paths] == wanted
     assert sorted(os.listdir(str(tmp_path))) == sorted(wanted)
     for path in paths:

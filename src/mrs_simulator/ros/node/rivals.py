@@ -10,6 +10,7 @@ import rosgraph
 import rospy
 
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks at the master
+NAP = 0.05  # [s] likewise, while a node waits for the end of another
 ANSWER_LIMIT = 1.0  # [s] of wall time for each answer
 FAILURES = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 
@@ -105,4 +106,5 @@ def wait_for_end(rivals, limit):
     end = time.monotonic() + limit
     while rivals.found() and time.monotonic() < end:
         rivals.look()
+        time.sleep(NAP)
     return not rivals.found()

@@ -25,7 +25,7 @@ DIMENSIONS = (2, 3)
 
 @pytest.fixture(autouse=True)
 def plain_sums(monkeypatch):
-    """Let ``edge_terms`` sum by numpy, whatever the environment says: it is what loops are compared with."""
+    """Let ``edge_terms`` sum by numpy, whatever the environment says: loops are compared with it."""
     monkeypatch.setenv(compiling.VARIABLE, "0")
     edge_terms.compiled.cache_clear()
     yield

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mrs_simulator.core import compiled_neighbours, neighbours
 from mrs_simulator.core.neighbours import close_pairs, least_distance, least_distance_over
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.vehicles.kind import Body
 from mrs_simulator.world.clock import Clock
-from mrs_simulator.world.contact import bodies, compiled_contacts
+from mrs_simulator.world.contact import bodies, collisions, compiled_contacts, contacts
 from mrs_simulator.world.contact.bodies import Bodies
 from mrs_simulator.world.contact.collisions import (
     Footprints,
@@ -20,6 +21,8 @@ from mrs_simulator.world.contact.collisions import (
 )
 from mrs_simulator.world.contact.contact_arrays import Contact, Touches
 from mrs_simulator.world.contact.contacts import Contacts
+from mrs_simulator.world.motion import compiled as compiled_motion
+from mrs_simulator.world.motion import kinematic
 from mrs_simulator.world.motion.kinematic import KinematicMotion
 from mrs_simulator.world.world import EVERY, World
 
@@ -178,36 +181,114 @@ def test_bodies_that_cannot_have_met_need_no_look(limits, monkeypatch):
     assert seldom < len(looks) - seldom == 400
 
 
-def piles(monkeypatch, push):
-    """Return contacts and poses of piles pushed apart by ``push``, None: by numpy, and how often."""
-    used, draw, found = [], np.random.default_rng(7), []
-
-    def noted(*given):
-        hits = push(*given)
-        used.append(hits != compiled_contacts.FAR)
-        return hits
-
-    monkeypatch.setattr(bodies, "same_bits", lambda _: push and noted)
-    for case in range(60):
-        team = ("pioneer3dx", "husky")[: 1 + case % 2] * 3
-        n, size = len(team), draw.uniform(0.3, 1.2)
-        pose = np.column_stack([draw.uniform(-size, size, (n, 2)), draw.uniform(-3, 3, n)])
-        pose[0, 0] = -0.0
-        pose[:, 2] *= case % 3 > 0  # side by side, two sides are as good
-        contacts = list(Bodies(team).separate(pose))
-        found.append((contacts, pose.tobytes()))
-    return found, sum(used)
+LOOPS = {
+    compiled_contacts.compiled_push: compiled_contacts.push_all,
+    compiled_contacts.compiled_note: compiled_contacts.note_all,
+    compiled_neighbours.compiled_pairs: compiled_neighbours.pairs_in_cells,
+    compiled_motion.compiled_feel: compiled_motion.feel_all,
+}
+WAYS = ["numpy", "loops", "numba"]
 
 
-@pytest.mark.parametrize("compiled", [False, True])
-def test_the_loop_pushes_robots_apart_to_numpys_bits(compiled, monkeypatch):
-    if compiled:
+def by(way, monkeypatch):
+    """Let contacts be found by numpy, by the loops as Python runs them, or by these compiled; return how
+    often each of them is called."""
+    used = dict.fromkeys(LOOPS, 0)
+
+    def chosen(compiled, *_, **__):
+        if way == "numpy":
+            return None
+        used[compiled] += 1
+        return LOOPS[compiled] if way == "loops" else compiled()
+
+    if way == "numba":
         pytest.importorskip("numba")
-    push = compiled_contacts.compiled_push() if compiled else compiled_contacts.push_all
-    wanted, _ = piles(monkeypatch, None)
-    found, used = piles(monkeypatch, push)
-    assert found == wanted and 20 < used < len(found)
-    assert sum(len(contacts) for contacts, _ in found) > 100
+    for module in (bodies, contacts, kinematic, neighbours):
+        monkeypatch.setattr(module, "same_bits", chosen)
+    same = compiled_motion.approached_by, compiled_motion.carried_by
+    for name, twin in zip(("compiled_approached", "compiled_carried"), same):
+        loop = twin(lambda kernel: kernel)
+        monkeypatch.setattr(kinematic, name, lambda loop=loop: loop)
+    monkeypatch.setattr(kinematic, "approached_function", lambda: kinematic.ramped)
+    monkeypatch.setattr(kinematic, "carried_function", lambda: kinematic.moved_along_arcs_wrapped)
+    return used
+
+
+def piles():
+    """Return contacts, poses, distances and room of piles pushed apart, and elsewhere again."""
+    draw, found = np.random.default_rng(7), []
+    for case in range(62):
+        few = case < 60
+        team = ("pioneer3dx", "husky")[: 1 + case % 2] * (3 if few else 25)
+        n, size, pile = len(team), draw.uniform(0.3, 1.8), Bodies(team)
+        for _ in range(2):
+            pose = np.column_stack([draw.uniform(-size, size, (n, 2)), draw.uniform(-3, 3, n)])
+            pose[:, 0] *= 1.0 if few else 3.0
+            pose[0, 0] = -0.0
+            pose[:, 2] *= case % 3 > 0  # side by side, two sides are as good
+            touched = list(pile.separate(pose))
+            found.append((touched, pose.tobytes(), pile.closest(pose), pile.room))
+    return found
+
+
+@pytest.mark.parametrize("loose, skin", [(bodies.LOOSE, bodies.SKIN), (0.02, 0.05)])
+@pytest.mark.parametrize("way", WAYS[1:])
+def test_the_loop_pushes_robots_apart_to_numpys_bits(way, loose, skin, monkeypatch):
+    monkeypatch.setattr(bodies, "LOOSE", loose)
+    for module in (bodies, collisions):
+        monkeypatch.setattr(module, "SKIN", skin)
+    by("numpy", monkeypatch)
+    wanted = piles()
+    used = by(way, monkeypatch)
+    assert piles() == wanted and used[compiled_contacts.compiled_push] > 0.9 * len(wanted)
+    assert sum(len(touched) for touched, *_ in wanted) > 100
+    assert sum(room > 0.0 for *_, room in wanted) > 10
+
+
+def crowd(n):
+    """Return poses, twists, collisions and distances of n robots that drive into each other for 4 s."""
+    world, draw, told = (
+        World(("pioneer3dx",) * n, grid(n), limits="top"),
+        np.random.default_rng(2),
+        [],
+    )
+    for step in range(200):
+        if step % 50 == 0:
+            command = draw.uniform(-1.0, 1.0, (n, 2))
+        world.set_commands(EVERY, command)
+        world.step()
+        told.append((world.pose.tobytes(), world.twist.tobytes(), world.contacts.closest))
+        told[-1] += (world.contacts.take(),)
+    return told
+
+
+def grid(n):
+    wide = int(np.ceil(np.sqrt(n)))
+    row, column = np.divmod(np.arange(n), wide)
+    return np.column_stack([0.7 * row, 0.7 * column, np.arange(n) % 7 - 3.0])
+
+
+@pytest.mark.parametrize("way", WAYS[1:])
+def test_a_crowd_by_the_loops_has_numpys_bits(way, monkeypatch):
+    n = 25 if way == "loops" else neighbours.DENSE + 33
+    by("numpy", monkeypatch)
+    wanted = crowd(n)
+    used = by(way, monkeypatch)
+    assert crowd(n) == wanted
+    assert all(used.values()) or way == "loops" and sum(map(bool, used.values())) == 3
+    assert sum(len(told[3]) for told in wanted) > n
+
+
+@pytest.mark.parametrize("way", WAYS[1:])
+def test_pairs_by_the_loop_are_those_of_the_grid(way, monkeypatch):
+    draw = np.random.default_rng(5)
+    for n, dimension, distance in ((300, 2, 0.7), (400, 3, 1.9), (300, 2, 40.0), (300, 2, 0.01)):
+        points = draw.uniform(-9.0, 9.0, (n, dimension))
+        by("numpy", monkeypatch)
+        wanted = close_pairs(points, distance)
+        used = by(way, monkeypatch)
+        np.testing.assert_array_equal(close_pairs(points, distance), wanted)
+        assert used[compiled_neighbours.compiled_pairs] == 1
 
 
 @pytest.mark.parametrize("kinds", [("pioneer3dx",), ("pioneer3dx", "turtlebot3_burger")])
@@ -225,9 +306,11 @@ def test_a_pile_is_pushed_apart_the_same_whichever_pairs_are_kept(kinds, loose, 
     assert np.abs(pose - piled).max() > 0.2
 
 
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("seed", range(3))
-def test_contacts_as_arrays_are_noted_as_one_by_one(seed):
+def test_contacts_as_arrays_are_noted_as_one_by_one(seed, way, monkeypatch):
     """Pairs and a crate are touched on and off, some longer ago than a touch is remembered."""
+    by(way, monkeypatch)
     draw, clock = np.random.default_rng(seed), Clock(0.02)
     motion = SimpleNamespace(closest=lambda: 1.0)
     arrays, one_by_one = Contacts(motion, clock), Contacts(motion, clock)

@@ -155,8 +155,9 @@ def same_bits(compiled, worth=WORTH, size=1):
     """
     if _is_in_time():
         return None
-    if is_chosen():
-        return compiled() if is_wanted() else None
+    wanted = _chosen()
+    if wanted is not None:
+        return compiled() if wanted == "1" else None
     asked = _asked[compiled] = _asked.get(compiled, 0) + size
     return _available(compiled) if asked > (worth // LOADED if _is_loaded() else worth) else None
 

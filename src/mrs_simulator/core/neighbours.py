@@ -5,8 +5,11 @@ import itertools
 
 import numpy as np
 
+from mrs_simulator.core.compiled_neighbours import compiled_pairs
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.sample_blocks import AT_ONCE
 
+WORTH = 200  # [-] searches in a grid that take numpy as long as numba takes to load
 DENSE = 256  # [-] points up to which all pairs are compared
 # [-] of the least distance, by which points may move before pairs are selected again
 MOST_MOVED = 1.0
@@ -54,6 +57,9 @@ def close_pairs(position, distance):
     if len(position) <= DENSE:
         first, second = all_pairs(len(position))
     else:
+        loop = same_bits(compiled_pairs, WORTH)
+        if loop is not None:
+            return _pairs_by_loop(loop, position, distance)
         first, second = _grid_pairs(position, distance)
     near = np.flatnonzero(squared_apart(position, first, second) < distance * distance)
     return first.take(near), second.take(near)
@@ -90,12 +96,26 @@ def _least_in_the_plane(x, y):
     return np.sqrt(x * x + y * y)
 
 
-def _grid_pairs(position, size):
+def _cells(position, size):
+    """Return the numbers (n,) of the cells of ``size`` [m] in which points are, what sorts them, (n,), and
+    what a number grows by along each axis (d,)."""
     cell = np.floor((position - position.min(axis=0)) / size).astype(np.int64)
     # A cell's number: one more than its column, in rows that leave room for neighbours on both sides.
     strides = np.append(np.cumprod((cell.max(axis=0) + 3)[:0:-1])[::-1], 1)
     key = (cell + 1) @ strides
-    order = np.argsort(key, kind="stable")
+    return key, np.argsort(key, kind="stable"), strides
+
+
+def _pairs_by_loop(loop, position, distance):
+    """As :func:`close_pairs`, by a compiled ``loop``."""
+    key, order, strides = _cells(position, distance)
+    rows = [np.dot(step, strides) for step in itertools.product((-1, 0, 1), repeat=len(strides))]
+    middles = np.array(rows[1::3])  # of each three that differ in the last axis
+    return loop(np.ascontiguousarray(position), key, order, middles, distance * distance)
+
+
+def _grid_pairs(position, size):
+    key, order, strides = _cells(position, size)
     ordered = key[order]
     pairs = []
     for step in _neighbour_cells(position.shape[1]):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.compiling import same_bits
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.neighbours import least_distance, squared, squared_apart
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
@@ -19,7 +20,7 @@ from mrs_simulator.world.contact.collisions import (
     outline_overlap,
     rectangle_overlap,
 )
-from mrs_simulator.world.contact.compiled_contacts import FAR, compiled_push
+from mrs_simulator.world.contact.compiled_contacts import STALE, compiled_push
 from mrs_simulator.world.contact.contact_arrays import Contact, Touches, robot_name
 from mrs_simulator.world.contact.heights import Heights
 
@@ -51,6 +52,10 @@ class Bodies:
         self._is_plain = self.footprints.round is None and not (self._are_mirrored or obstacles)
         self._outlines = self.footprints.of_all(team.n)
         self._list = VerletList(2.0 * self.footprints.farthest)
+        self._bounds = np.square([  # of ``push_all``
+            0.5 * SKIN, self._list.reach + LOOSE, 0.5 * LOOSE, self._list.reach
+        ])  # fmt: skip
+        self._room_for = np.empty((2, 0), int), np.empty((3, 0))  # what it fills
         self.moved_elsewhere()
         self.heights = Heights(team)
         self._afloat = team.afloat  # what floats draws water, and runs aground
@@ -77,6 +82,8 @@ class Bodies:
         self._looked = None  # where robots were (n, 2) when they were last looked at
         self._free = 0.0  # [m] that each may be from there before any two bodies can touch
         self.room = 0.0  # [m] that each may still move, by what is known without looking
+        self._headed = None  # a pose, and cosine and sine of its headings
+        self._measured = None  # a pose, and of its pairs what ``push_all`` measures [m]
 
     def list_anew(self):
         """Let pairs be listed anew when they are asked for again."""
@@ -127,13 +134,24 @@ class Bodies:
         """Return the least distance [m] between two centres; quick where two bodies are in contact."""
         if z is not None:
             return least_distance(np.column_stack([pose[:, :2], z]))
-        first, second = self.near_pairs(pose)
-        if len(first):
-            nearest = squared_apart(pose[:, :2], first, second).min()
-            # Every pair within reach is listed.
-            if nearest < self._list.reach**2:
-                return float(np.sqrt(nearest))
+        nearest = self._nearest(pose)
+        # Every pair within reach is listed.
+        if nearest < self._list.reach**2:
+            return math.sqrt(nearest)
         return least_distance(pose[:, :2])
+
+    def _nearest(self, pose):
+        """Return the square of the least distance [m^2] of the pairs listed, inf of none."""
+        if self._measured is not None and self._measured[0] is pose:
+            return self._measured[1]
+        first, second = self.near_pairs(pose)
+        return squared_apart(pose[:, :2], first, second).min() if len(first) else np.inf
+
+    def headings(self, pose):
+        """Return cosine and sine (n,) of the headings of ``pose`` (n, 3), which are not to be changed."""
+        if self._headed is None or self._headed[0] is not pose:
+            self._headed = pose, cos_sin(pose[:, 2])
+        return self._headed[1]
 
     def obstacle_overlaps(self, pose, z=None):
         """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
@@ -190,6 +208,7 @@ class Bodies:
         the last call, ``inf`` where that is not known; while no two bodies can have come together since
         they were last looked at, none is looked at.
         """
+        self._measured = None
         self.room -= travel
         if self.room <= 0.0 < self._free:
             moved = float(squared(pose[:, :2] - self._looked).max())
@@ -205,13 +224,17 @@ class Bodies:
 
     def _room_to_move(self, pose):
         """Return how far [m] all robots may move from ``pose`` before any two bodies can touch."""
-        room = self._list.room(pose[:, :2])
+        if self._measured is None:
+            room = self._list.room(pose[:, :2])
+        else:
+            nearest, moved = map(math.sqrt, self._measured[1:])
+            room = min(0.5 * SKIN - moved, 0.5 * (nearest - self._list.reach))
         if self.obstacles:
             room = min(room, float(self._obstacle_gaps(pose).min()))
         return float(room) - ROUNDING  # a number of Python's, which each step counts down
 
     def _pushed_apart(self, pose, z=None):
-        if self._is_plain and z is None and not self.solved.any():
+        if self._is_plain and z is None and not np.count_nonzero(self.solved):
             contacts = self._pushed_by_loop(pose)
             if contacts is not None:
                 return contacts
@@ -248,19 +271,31 @@ class Bodies:
         push = same_bits(compiled_push)
         if push is None:
             return None
-        first, second = self.near_pairs(pose)
-        axis, (half, ahead) = self.footprints.at(pose).axis, self._outlines
-        x, y, found = pose[:, 0].copy(), pose[:, 1].copy(), np.empty((len(first), 5))
-        bounds = np.array([(self._list.reach + LOOSE) ** 2, (0.5 * LOOSE) ** 2])
-        hits = push(x, y, axis, ahead, half, first, second, bounds, PASSES, found)
-        if hits == FAR:
-            return None
+        hits, listed = STALE, self._list.listed_last()
+        if listed is not None:
+            hits, *measured = self._push(push, pose, listed)
+        if hits == STALE:
+            hits, *measured = self._push(push, pose, self._list.listed(pose[:, :2]))
+            if hits == STALE:
+                return None
+        if measured[1] <= self._bounds[0]:
+            self._measured = (pose, *measured)
         if not hits:
             return Touches()
-        pose[:, 0], pose[:, 1] = x, y
-        found = found[:hits]
-        rows = found[:, :2].astype(int)
-        return Touches(rows[:, 0], rows[:, 1], found[:, 2:4], found[:, 4], np.zeros(hits))
+        rows, found = (each[:, :hits].copy() for each in self._room_for)
+        return Touches(*rows, found[:2].T, found[2], np.zeros(hits))
+
+    def _push(self, push, pose, listed):
+        """Return what ``push_all`` does of robots at ``pose`` (n, 3), which it moves."""
+        if self._room_for[0].shape[1] < len(listed[0]):
+            self._room_for = np.empty((2, len(listed[0])), int), np.empty((3, len(listed[0])))
+        (half, ahead), turned = self._outlines, self.headings(pose)
+        columns = np.ascontiguousarray(pose.T)  # as it is, mostly
+        given = columns, *turned, ahead, half, listed, self._bounds, PASSES, *self._room_for
+        result = push(*given)
+        if not pose.flags.f_contiguous:
+            pose[:, :2] = columns[:2].T
+        return result
 
     def _shares(self, first, second):
         """Return which part of the depth the robots of each pair give way by, (m,) or one for all, each."""

@@ -256,6 +256,12 @@ class VerletList:
             self._kept = pairs, (*map(np.ascontiguousarray, pairs), columns)
         return self._kept[1]
 
+    def listed_last(self):
+        """Return what :meth:`listed` returned last, robots wherever they are by now; None before."""
+        kept = self._kept
+        listed = self._origin is not None and kept is not None and kept[0] is self._pairs
+        return kept[1] if listed else None
+
     def room(self, position):
         """Return a distance [m] that all robots may move from ``position`` and none comes into reach."""
         first, second = self.pairs(position)

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.record.recording import Collision
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
+from mrs_simulator.world.contact.compiled_contacts import UNSORTED, compiled_note
 from mrs_simulator.world.contact.contact_arrays import Touches
 from mrs_simulator.world.part import Part
 
@@ -54,6 +56,9 @@ class Contacts(Part):
 
     def _note_pairs(self, touches):
         """Note the pairs of robots of ``touches``, by their rows."""
+        note = same_bits(compiled_note)
+        if note is not None and self._note_by_loop(note, touches):
+            return
         pairs = touches.first * MOST_ROBOTS + touches.second
         at = self._pairs.searchsorted(pairs)
         known = self._pairs[at] == pairs
@@ -68,6 +73,20 @@ class Contacts(Part):
             steps = np.concatenate([np.full((~known).sum(), self._clock.steps), self._steps[kept]])
             order = np.argsort(merged)
             self._pairs, self._steps = merged[order], steps[order]
+
+    def _note_by_loop(self, note, touches):
+        """As ``_note_pairs``, compiled; return whether that can be."""
+        k, clock = len(touches.first), self._clock
+        fresh = np.empty(k, dtype=bool)
+        pairs, steps = np.empty((2, len(self._pairs) + k), dtype=np.int64)
+        given = self._pairs, self._steps, clock.steps, clock.step_size, FORGET
+        count = note((touches.first, touches.second), MOST_ROBOTS, *given, fresh, pairs, steps)
+        if count == UNSORTED:
+            return False
+        self._pairs, self._steps = pairs[:count], steps[:count]
+        for row in np.flatnonzero(fresh).tolist():
+            self._new.append(Collision(clock.time, *touches.pair(row)[:4]))
+        return True
 
     def measure(self):
         """Return the least distance [m] between two centres so far, now included."""

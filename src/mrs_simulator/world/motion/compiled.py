@@ -42,6 +42,23 @@ def carry_all(pose, moved, half, sin_half, cos, sin, after):
         after[row, 2] = angle
 
 
+def feel_all(pose, free, before, cos, sin, step, inner):
+    """Let unicycles that contacts have put from ``free`` to ``pose`` be as fast as they let them.
+
+    As ``KinematicMotion._feel_contacts`` and ``differential.blocked`` do: ``inner`` (2, n) in place.  Poses
+    (3, n); ``cos``, ``sin`` (n,) of the headings ``before`` the step [s].
+    """
+    for row in range(pose.shape[1]):
+        if pose[0, row] != free[0, row] or pose[1, row] != free[1, row]:
+            x, y = (pose[0, row] - before[0, row]) / step, (pose[1, row] - before[1, row]) / step
+            own, sign = inner[0, row], 0.0
+            if own != 0.0:
+                sign = 1.0 if own > 0.0 else -1.0
+            ahead = sign * (cos[row] * x + sin[row] * y)
+            ahead = ahead if ahead > 0.0 else 0.0
+            inner[0, row] = sign * (ahead if ahead < abs(own) else abs(own))
+
+
 def approached_by(compile_):
     """Return the twin of ``kinematics.ramped`` whose kernel went through ``compile_``."""
     kernel = compile_(approach_all)
@@ -100,3 +117,9 @@ def compiled_carried():
     """Return the compiled twin of ``kinematics.moved_along_arcs_wrapped``; ``ValueError`` without numba."""
     carry_twin()
     return carried
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_feel():
+    """Return the compiled ``feel_all``; ``ValueError`` without numba."""
+    return jit(cache=True)(feel_all)

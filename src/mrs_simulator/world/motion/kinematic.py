@@ -21,7 +21,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.drives import differential, omnidirectional
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.contact.bodies import Bodies
-from mrs_simulator.world.motion.compiled import compiled_approached, compiled_carried
+from mrs_simulator.world.motion.compiled import compiled_approached, compiled_carried, compiled_feel
 from mrs_simulator.world.motion.stretches import STALE
 
 
@@ -293,6 +293,13 @@ class KinematicMotion:
         return np.array(on_axes(velocity, self.team.axes, PLANAR_AXES), order="F")
 
     def _feel_contacts(self, before, free):
+        if self._current is None and [g.drive for g in self.team.groups] == [differential]:
+            feel = same_bits(compiled_feel)
+            if feel is not None:
+                self._approached, self._carried = compiled_approached(), compiled_carried()
+                given = self.pose.T, free.T, before.T, *self._bodies.headings(before), self.step
+                feel(*given, self._inner.T)
+                return
         pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)
         moved = (self.pose[:, :2] - before[:, :2]) / self.step
         if self._current is not None:

@@ -9,6 +9,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
 from PyQt5.QtTest import QTest
@@ -545,6 +546,17 @@ def test_each_compared_runs_theory_has_its_name_and_its_line(panel):
         assert run.get_color() == theory.get_color()
         assert run.get_linestyle() == theory.get_linestyle()
         assert theory.get_linewidth() > 2.0 * run.get_linewidth() and theory.get_alpha() < 0.5
+
+
+def test_robots_of_one_colour_differ_by_marks_where_runs_are_compared(panel):
+    panel.set_history(make_history(40, 10))
+    panel.compare([Source(make_history(40, 10), "other")], "own")
+    settle(panel)
+    looks = [
+        (to_hex(line.get_color()), line.get_linestyle(), line.get_marker()) for line in lines(panel)
+    ]
+    assert len(looks) == 20 == len(set(looks))
+    assert [marker for _, _, marker in looks[:10]] == ["None"] * 7 + ["o"] * 3
 
 
 def test_one_theory_of_all_compared_runs_is_drawn_once(panel):

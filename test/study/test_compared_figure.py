@@ -60,6 +60,27 @@ def test_each_runs_paths_and_curves_have_its_line_and_the_robots_colours(runs):
             np.testing.assert_array_equal(line.get_xdata(), run.time)
 
 
+def look_of(line):
+    return to_hex(line.get_color()), line.get_linestyle(), line.get_marker()
+
+
+@pytest.mark.parametrize("n, marked", [(7, 0), (10, 3), (12, 5)])
+def test_robots_that_share_a_colour_differ_by_marks_and_runs_by_their_lines(n, marked, tmp_path):
+    runs = []
+    for gain in (0.2, 0.6):
+        out = str(tmp_path / str(gain))
+        simulate("consensus.yaml", robots=n, parameters={"gain": gain}, duration=2.0, out=out)
+        runs.append(read_run(out))
+    figure = drawn(runs, "x", "inputs")
+    for axes in figure.axes:
+        lines = of_points(axes)
+        assert len(lines) == 2 * n and len(set(map(look_of, lines[:n]))) == n
+        assert len(set(map(look_of, lines))) == 2 * n
+        assert sum(line.get_marker() == "o" for line in lines) == 2 * marked
+    names = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+    assert names >= {"Robot {}".format(number) for number in range(1, n + 1)}
+
+
 def test_the_error_panel_has_each_run_and_its_theory_by_name(runs):
     (axes,) = drawn(runs, "error", between=(1.0, 3.0)).axes
     by_name = {line.get_label(): line for line in axes.lines}

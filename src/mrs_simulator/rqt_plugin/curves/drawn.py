@@ -31,6 +31,7 @@ from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets import pacing
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.draw.compared_panels import run_line
+from mrs_simulator.study.draw.figure_parts import marks_of
 
 PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
 ALL = "Robots whose curves are drawn, such as 1-3, 7; empty: all"
@@ -358,13 +359,13 @@ class DrawnCurves(QWidget):
         """Return the curves of all ``runs``, each run's in its own line; of too many the first's alone."""
         if not self._others or sum(map(len, runs)) > MANY_CURVES:
             return runs[0]
-        return [
-            curve._replace(
-                style=dict(curve.style, ls=run_line(place)), run=curve.run or self._own_name
-            )
-            for place, run in enumerate(runs)
-            for curve in run
-        ]
+        team, found = max(self._source.history.numbers), []
+        for place, run in enumerate(runs):
+            for curve in run:
+                marks = marks_of(curve.robot - 1, team, place)
+                style = dict(curve.style, ls=run_line(place), **marks)
+                found.append(curve._replace(style=style, run=curve.run or self._own_name))
+        return found
 
     def _error_data(self):
         source, found = self._source, []

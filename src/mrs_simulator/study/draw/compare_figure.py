@@ -1,7 +1,7 @@
 """The figure of two runs laid over each other."""
 
 from mrs_simulator.study.draw.canvas import styled
-from mrs_simulator.study.draw.figure_parts import robot_colours
+from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND, marks_of, robot_colours
 
 
 @styled
@@ -10,13 +10,15 @@ def draw_comparison(figure, real, simulated, time, apart):
     figure.clear()
     paths = figure.add_subplot(3, 1, (1, 2))
     below = figure.add_subplot(3, 1, 3)
+    is_named = len(real.robots) <= MOST_IN_LEGEND
     for row, colour in enumerate(robot_colours(real.robots)):
+        marks = marks_of(row, len(real.robots))
         for run, style in ((simulated, "--"), (real, "-")):
             x, y = run.pose[:, row, :2].T
-            paths.plot(x, y, style, color=colour, linewidth=1.0)
+            paths.plot(x, y, style, color=colour, linewidth=1.0, **marks)
         paths.plot(*real.pose[0, row, :2], "o", color=colour, markersize=3.0)
-        label = "robot {}".format(real.robots[row]) if len(real.robots) <= 8 else None
-        below.plot(time, apart[:, row], color=colour, linewidth=1.0, label=label)
+        label = "robot {}".format(real.robots[row]) if is_named else None
+        below.plot(time, apart[:, row], color=colour, linewidth=1.0, label=label, **marks)
     paths.plot([], [], "-", color="black", label="real")
     paths.plot([], [], "--", color="black", label="simulated")
     paths.set_aspect("equal", adjustable="datalim")
@@ -25,5 +27,5 @@ def draw_comparison(figure, real, simulated, time, apart):
     paths.legend(loc="upper right")
     below.set_xlabel("$t$ [s]")
     below.set_ylabel("apart [m]")
-    if len(real.robots) <= 8:
+    if is_named:
         below.legend(ncol=4, loc="upper left")

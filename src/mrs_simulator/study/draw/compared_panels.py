@@ -12,6 +12,7 @@ from mrs_simulator.study.draw.figure_parts import (
     entry_width,
     is_seen,
     legend_above,
+    marks_of,
     robot_colours,
     thin,
 )
@@ -75,13 +76,16 @@ def lay_curves(axes, runs, values_of, drawstyle="default"):
     ``values_of``: of a ``Run`` (m, n).
     """
     own = runs[0].run
-    colours = dict(zip(own.robots.tolist(), robot_colours(own.robots)))
+    colours, rows = (
+        robot_colours(own.robots),
+        {each: i for i, each in enumerate(own.robots.tolist())},
+    )
     for place, each in enumerate(runs[1:], 1):
-        for row, number in enumerate(each.run.robots.tolist()):
-            line = thin(each.run.time, values_of(each.run)[:, row])
-            axes.plot(
-                *line, color=colours[number], ls=run_line(place), lw=WIDTH, drawstyle=drawstyle
-            )
+        for column, number in enumerate(each.run.robots.tolist()):
+            line = thin(each.run.time, values_of(each.run)[:, column])
+            look = {"color": colours[rows[number]], "ls": run_line(place), "lw": WIDTH}
+            look.update(marks_of(rows[number], len(rows), place))
+            axes.plot(*line, drawstyle=drawstyle, **look)
     axes.set_xlim(own.time[0], max(each.run.time[-1] for each in runs))
 
 

@@ -198,11 +198,12 @@ def _draw_panel(name, axes, runs, prediction):
     elif name == ERROR:
         draw_error(axes[0], runs)
     elif name == INPUTS:
-        draw_inputs(figure, run, axes=axes, named=False)
+        draw_inputs(figure, run, axes=axes, named=False, marked=bool(others))
         for column, panel in enumerate(axes if others else ()):
             lay_curves(panel, runs, _input(column), "steps-post")
     else:
-        draw_states(figure, run, name, prediction, axes=axes[0], named=False)
+        given = dict(axes=axes[0], named=False, marked=bool(others))
+        draw_states(figure, run, name, prediction, **given)
         if others:
             lay_curves(axes[0], runs, functools.partial(values_of, component=name))
 

@@ -16,6 +16,7 @@ from mrs_simulator.study.draw.figure_parts import (
     draw_many,
     emptied,
     legend_above,
+    marks_of,
     most_points,
     points_of,
     predicted_of,
@@ -28,11 +29,11 @@ INPUTS_HEIGHT, INPUT_HEIGHT = 4.4, 1.05  # [in], and of each input where there a
 
 
 @styled
-def draw_states(figure, run, component, prediction=None, axes=None, named=True):
+def draw_states(figure, run, component, prediction=None, axes=None, named=True, marked=False):
     """Draw ``component`` (``"x"``, ``"y"`` or ``"z"``) of every robot against time; return the axes.
 
     On ``axes``, or on ``figure``, emptied first.  ``named``: whether the figure says which line is which
-    robot.
+    robot; ``marked``: whether robots of one colour differ by marks, not by dashes.
     """
     column = ("x", "y", "z").index(component)
     axes = emptied(figure, 1)[0] if axes is None else axes
@@ -42,7 +43,7 @@ def draw_states(figure, run, component, prediction=None, axes=None, named=True):
         values = run.z
     else:
         values = points_of(run, prediction)[:, :, column]
-    _draw_curves(axes, run, values)
+    _draw_curves(axes, run, values, marked)
     if prediction is not None:
         time, hand = predicted_of(run, prediction)
         _draw_predicted_curves(axes, time, hand[:, :, column])
@@ -55,11 +56,11 @@ def draw_states(figure, run, component, prediction=None, axes=None, named=True):
 
 
 @styled
-def draw_inputs(figure, run, axes=None, named=True):
+def draw_inputs(figure, run, axes=None, named=True, marked=False):
     """Draw the control inputs of every robot against time, v and omega of unicycles; return the axes.
 
-    On ``axes``, one for each input, or on ``figure``, emptied first.  ``named``: whether the figure says
-    which line is which robot.
+    On ``axes``, one for each input, or on ``figure``, emptied first.  ``named``, ``marked``: as in
+    :func:`draw_states`.
     """
     rows = emptied(figure, len(run.axes)) if axes is None else np.atleast_1d(axes)
     if len(rows) != len(run.axes):
@@ -67,7 +68,7 @@ def draw_inputs(figure, run, axes=None, named=True):
             "{} axes for the inputs {}, wanted one each".format(len(rows), ", ".join(run.axes))
         )
     for column, (axes, axis) in enumerate(zip(rows, run.axes)):
-        _draw_curves(axes, run, run.command[:, :, column], drawstyle="steps-post")
+        _draw_curves(axes, run, run.command[:, :, column], marked, drawstyle="steps-post")
         _frame_time(axes, run.time)
         axes.set_ylabel(_input_label(axis, run.axes))
         if axes is not rows[-1]:
@@ -122,8 +123,8 @@ def values_of(run, component):
     return run.z if component == "z" else run.pose[:, :, ("x", "y").index(component)]
 
 
-def _draw_curves(axes, run, values, **style):
-    """Draw one line per column of ``values`` (m, n) against the run's time."""
+def _draw_curves(axes, run, values, marked=False, **style):
+    """Draw one line per column of ``values`` (m, n) against the run's time; ``marked``: as above."""
     many = values.shape[1] > MOST_IN_LEGEND
     style.update({"lw": 0.7, "alpha": 0.6} if many else {"lw": 1.3})
     if len(values) == 1:
@@ -137,8 +138,10 @@ def _draw_curves(axes, run, values, **style):
         draw_many(axes, lines, color=colours, **style)
         return
     for row, (line, robot) in enumerate(zip(lines, run.robots)):
-        dashes = "-" if many or row < len(PALETTE) else (0, (4, 1, 1, 1))
-        axes.plot(*line, color=colours[row], ls=dashes, label="Robot {}".format(robot), **style)
+        dashes = "-" if many or marked or row < len(PALETTE) else (0, (4, 1, 1, 1))
+        marks = marks_of(row, len(lines)) if marked else {}
+        look = {"color": colours[row], "ls": dashes, **marks, **style}
+        axes.plot(*line, label="Robot {}".format(robot), **look)
 
 
 def _draw_predicted_curves(axes, time, values):

@@ -17,6 +17,7 @@ RUN_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (2
 # Without the pale end, which is too faint on white.
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
 FARTHEST_DRAWN = 1e100  # [m], whose differences are numbers
+FIRST_MARK, BETWEEN_MARKS = 0.03, 0.13  # [-] of the axes' diagonal
 MOST_IN_LEGEND = 12  # above it a colour bar distinguishes robots
 MOST_IN_LEGEND_ROW = 6
 ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
@@ -39,6 +40,17 @@ def robot_colours(robots):
         chosen = [PALETTE[row % len(PALETTE)] for row in range(len(robots))]
         return matplotlib.colors.to_rgba_array(chosen)
     return MANY_ROBOTS(Normalize(np.min(robots), np.max(robots))(np.asarray(robots, dtype=float)))
+
+
+def marks_of(row, team, run=0):
+    """Return the style of a line that tells the robot in a ``row`` from those of its colour, by a shape.
+
+    It is for figures in which dashes tell runs apart, and this is the one at the place ``run``.  {} where
+    the colour tells it, in a ``team`` of so many robots.
+    """
+    if not len(PALETTE) <= row < team <= MOST_IN_LEGEND:
+        return {}
+    return {"marker": "o", "ms": 4.0, "markevery": (FIRST_MARK + 0.03 * run, BETWEEN_MARKS)}
 
 
 def draw_alike(axes, lines, label, **style):

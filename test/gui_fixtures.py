@@ -159,7 +159,7 @@ def wait_drawn(curves, limit=60.0):
 
     end = time.monotonic() + limit
     QTest.qWait(20)
-    while curves._dirty or curves._stamp() != curves._drawn:
+    while curves._dirty or curves._prepared is not None or curves._stamp() != curves._drawn:
         assert time.monotonic() < end
         QTest.qWait(20)
 

@@ -72,7 +72,7 @@ def panel():
 def settle(panel):
     """Wait until ``panel`` has nothing left to draw."""
     QTest.qWait(300)
-    while panel._dirty or panel._stamp() != panel._drawn:
+    while panel._dirty or panel._prepared is not None or panel._stamp() != panel._drawn:
         QTest.qWait(50)
 
 

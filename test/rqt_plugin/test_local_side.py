@@ -6,6 +6,9 @@ import subprocess
 import sys
 import tempfile
 import textwrap
+import threading
+import time
+from multiprocessing.connection import Client
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +21,7 @@ from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
 from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
 from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord
+from mrs_simulator.rqt_plugin.run import staged
 from mrs_simulator.rqt_plugin.run.recorded_run import UNANSWERED, copy_recorded
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
@@ -654,3 +658,25 @@ def test_runs_are_recorded_where_files_go_once_the_simulation_has_ended():
     processes.close()
     processes.wait_closed()
     assert not os.path.exists(recorded)
+
+
+def test_a_scenario_that_comes_is_read_once_by_the_thread_that_receives_it(monkeypatch):
+    read = []
+
+    def reading(text, _where):
+        read.append(threading.current_thread())
+        return text.upper()
+
+    monkeypatch.setattr(staged, "scenario_from_yaml", reading)
+    staged.staged_scenario.cache_clear()
+    connection = LocalConnection()
+    with Client(connection.address) as engine:
+        engine.send(("scenario", "poses"))
+        end = time.monotonic() + 60.0
+        while connection.newest("scenario") is None:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    assert staged.staged_scenario("poses") == staged.staged_scenario("poses") == "POSES"
+    assert len(read) == 1 and read[0] is not threading.main_thread()
+    staged.staged_scenario.cache_clear()
+    connection.close()

@@ -11,6 +11,7 @@ from protocol_fixtures import shipped
 from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
+from mrs_simulator.rqt_plugin.curves import drawn as drawn_curves
 from mrs_simulator.rqt_plugin.curves.drawn import _ahead_of
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.run.history import History
@@ -108,7 +109,7 @@ def test_a_robot_is_picked_out_and_another_team_shown_in_short_steps():
     prepared = canvas.draw_prepared
     canvas.draw_prepared = lambda: (drawn.append(panel._plot.builds), prepared())
     panel._tick()
-    assert not drawn and panel._dirty  # the axes are there
+    assert not drawn and panel._prepared is not None  # the axes are there
     panel._tick()
     (builds,) = drawn
     panel.pick_out(2)
@@ -117,4 +118,27 @@ def test_a_robot_is_picked_out_and_another_team_shown_in_short_steps():
     widths = [line.get_linewidth() for line in panel._plot.axes.lines]
     assert widths[1] > widths[0] and panel._plot.axes.lines[0].get_alpha() < 1.0
     assert panel._plot.moving[-1] is panel._plot.axes.lines[1]
+    panel.close()
+
+
+def test_curves_that_take_long_are_prepared_and_drawn_in_two_steps(monkeypatch):
+    panel, history = shown(CurvesPanel(), 700, 300), History()
+    panel.set_history(history)
+    for time in (0.0, 1.0, 2.0):
+        history.append(snapshot(time))
+    panel._timer.stop()
+    panel._tick()
+    panel._tick()  # the axes are made
+    done, prepare, draw = [], panel._prepare, panel._canvas.draw_prepared
+    panel._prepare = lambda: (done.append("prepared"), prepare())
+    panel._canvas.draw_prepared = lambda: (done.append("drawn"), draw())
+    steps = []
+    for limit in (np.inf, -1.0):
+        monkeypatch.setattr(drawn_curves, "LONG", limit)
+        history.append(snapshot(history.time[-1] + 0.1))
+        for _ in range(2):
+            panel._tick()
+            steps.append(list(done))
+            done.clear()
+    assert steps == [["prepared", "drawn"], [], ["prepared"], ["drawn"]]
     panel.close()

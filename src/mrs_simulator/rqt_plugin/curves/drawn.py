@@ -44,6 +44,7 @@ BOLD, PALE = 1.8, 0.35  # [-] width of curves picked out; opacity of the others
 WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 # [s] of a run whose axis ends with it; [s], and [-] of about its length, that it then grows by
 SHORT, LEAST_STEP, STEPS = 5.0, 2.0, 8
+LONG = 0.01  # [s] of processor time of what is prepared, to be drawn a little later
 SMOOTH = 0.2  # [-] share of the newest in the mean cost of redraws, of which some are dear
 NO_RUN = "No run yet: Run (F5) starts one"
 
@@ -99,6 +100,7 @@ class DrawnCurves(QWidget):
         self._remark = ""  # on the curves of the run of now
         self._cost = 0.0  # [s] of processor time of a redraw, a mean of the last ones
         self._ahead = None  # time since the run began [s] and error [m], as it would go on
+        self._prepared = None  # [s] that it took to prepare what is still to be drawn
         self._picked = 0  # the number of the robot that is picked out
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
@@ -288,16 +290,26 @@ class DrawnCurves(QWidget):
     @guarded
     def _tick(self):
         seen, begun = self.isVisible() and not self.window().isMinimized(), clock.thread_time()
-        if seen and (self._dirty or self._stamp() != self._drawn):
+        if seen and self._prepared is not None:
+            self._canvas.draw_prepared()
+            self._note_cost(self._prepared + clock.thread_time() - begun)
+            self._prepared = None
+        elif seen and (self._dirty or self._stamp() != self._drawn):
             builds = self._plot.builds
             self._prepare()
-            if self._plot.builds != builds:  # to draw it, too, is another pause
-                self._renew()
+            taken = clock.thread_time() - begun
+            if self._plot.builds != builds or taken > LONG:  # to draw it, too, is another pause
+                self._prepared = taken
+                self._timer.start(SOON)
                 return
             self._canvas.draw_prepared()
-            self._cost += SMOOTH * (clock.thread_time() - begun - self._cost)
+            self._note_cost(clock.thread_time() - begun)
         wait = pacing.pause(self._cost, pacing.CURVES, len(self._source.history.numbers))
         self._timer.setInterval(max(PERIOD, int(1e3 * wait)))
+
+    def _note_cost(self, taken):
+        """Note the processor time [s] that a redraw has ``taken``."""
+        self._cost += SMOOTH * (taken - self._cost)
 
     def _renew(self):
         """Redraw at once, without the usual pause."""

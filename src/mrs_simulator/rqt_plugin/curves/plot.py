@@ -84,8 +84,10 @@ class CurvesPlot:
     def styles(self, shown, numbers):
         """Return how to draw each of the robots ``shown`` of the team ``numbers``."""
         width = 1.3 if len(shown) <= MOST_IN_LEGEND else 0.8 if len(shown) <= MOST_LABELLED else 0.5
-        colours = [self._shade(number, max(numbers)) for number in shown]
-        dashes = [DASHES[place] for place in dash_places(shown, max(numbers)).tolist()]
+        count = max(numbers)
+        of_team = [each.getRgbF()[:3] for each in shades(count, self._ground())]
+        colours = [of_team[place] for place in places(shown, count).tolist()]
+        dashes = [DASHES[place] for place in dash_places(shown, count).tolist()]
         styles = zip(colours, dashes)
         return [{"color": c, "ls": dash, "lw": width * self._width} for c, dash in styles]
 

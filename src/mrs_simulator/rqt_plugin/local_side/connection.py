@@ -14,6 +14,7 @@ from mrs_simulator.record.controller_log import Interruptions
 from mrs_simulator.rqt_plugin.connection import Connection
 from mrs_simulator.rqt_plugin.received import Received
 from mrs_simulator.rqt_plugin.run.error_message import reason
+from mrs_simulator.rqt_plugin.run.staged import read_ahead
 from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
 
 NO_ROS = "without ROS: real robots and bags need mrs_gui, or rqt"
@@ -58,7 +59,10 @@ class LocalConnection(Received, Connection):
                     self._ask_for_readings()
                 with contextlib.suppress(EOFError, OSError):
                     while True:
-                        self._take(*engine.recv())
+                        name, value = engine.recv()
+                        if name == "scenario":
+                            read_ahead(value)
+                        self._take(name, value)
                 self._give_up(engine)
 
     def _give_up(self, engine):

@@ -72,15 +72,19 @@ def _put_sprites(painter, style, frame, scene, shapes, rows, half, sprites):
     turns = np.round(pose[:, 2] * HEADINGS / (2.0 * np.pi)).astype(int) % HEADINGS
     keys = turns + HEADINGS * (shapes.which + len(shapes.distinct) * which.ravel())
 
+    alone = {}  # the ``Shapes`` of one robot of each kind
+
     def paint(brush, key):
         rest, turn = divmod(key, HEADINGS)
         place, which = divmod(rest, len(shapes.distinct))
         kinds = (shapes.distinct[which],)
+        if which not in alone:
+            alone[which] = Shapes.of_kinds(kinds)
         pose, fresh = np.array([[0.0, 0.0, turn * 2.0 * np.pi / HEADINGS]]), shades[place, 3:] > 0.0
         own = Scene(
             kinds, StateTable(None, (1,), pose=pose, fresh=fresh), shades[place, np.newaxis, :3]
         )
-        _draw_each(brush, style, local, own, Shapes.of_kinds(kinds), np.ones(1, dtype=bool))
+        _draw_each(brush, style, local, own, alone[which], np.ones(1, dtype=bool))
 
     # Arrows are as large at any scale.
     scale = None if are_arrows(frame, style.unit, shapes).all() else frame.scale

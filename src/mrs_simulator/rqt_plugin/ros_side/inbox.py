@@ -19,13 +19,21 @@ from mrs_simulator.ros.message_forms.messages import (
     read_state,
 )
 from mrs_simulator.rqt_plugin.received import Received
+from mrs_simulator.rqt_plugin.run.staged import read_ahead
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
 MOST_WAITING = 4000  # [-] kept of each kind while the GUI is busy
+
+
+def _read_scenario(message):
+    read_ahead(message.data)
+    return message.data
+
+
 READERS = {
     "stage": read_stage_status,
     "control": read_control_status,
-    "scenario": operator.attrgetter("data"),
+    "scenario": _read_scenario,
     "emergency": operator.attrgetter("data"),
 }
 

@@ -9,8 +9,8 @@ from mrs_simulator.record.run_changes import changed_by, to_plain
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.recorded_run import copy_recorded, describe, note_closest
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
+from mrs_simulator.rqt_plugin.run.staged import staged_scenario
 from mrs_simulator.rqt_plugin.shelf.folder import SAVED
-from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.study.results.report import VERDICT_FILE
 from mrs_simulator.study.run.applied_scenario import what_ran
@@ -162,7 +162,7 @@ class RunFiles:
             )
         try:
             if history.staged is not None:
-                staged = scenario_from_yaml(history.staged, "stage/scenario")
+                staged = staged_scenario(history.staged)
             ran, unknown = what_ran(scenario, staged, applied)
             changed_by(ran, changes)
         except ValueError as error:

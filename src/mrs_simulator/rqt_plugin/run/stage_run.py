@@ -5,8 +5,9 @@ import math
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.history import ROUNDING
+from mrs_simulator.rqt_plugin.run.staged import staged_scenario
 from mrs_simulator.rqt_plugin.run.study_state import named
-from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.results.report import write_scenario
 from mrs_simulator.vehicles.portable import team_from_message
 
@@ -97,7 +98,7 @@ class StageRun:
         text = self._connection.newest("scenario")
         if text is None or not self._connection.is_fresh("stage"):
             return None
-        return scenario_from_yaml(text, "stage/scenario")
+        return staged_scenario(text)
 
     def kept(self):
         """Return a message on what a running stage does not take over from the scenario, or ""."""

@@ -261,6 +261,23 @@ def test_neither_a_banner_nor_a_mode_moves_the_map(make_study, app):
     assert study.map_panel.help.isHidden() and study.map_panel.hint.isHidden()
 
 
+@pytest.mark.parametrize("width", [1366, 1000, 700, 480])
+def test_a_hint_lies_above_the_fields_of_its_mode_however_many_rows_they_have(
+    make_study, app, width
+):
+    study = active(make_study(), width, 768)
+    study.modes["obstacles"].setChecked(True)
+    help, hint = study.map_panel.help, study.map_panel.hint
+    for wide in (width, 560, 1366, width):
+        study.resize(wide, 768)
+        app.processEvents()
+        assert hint.geometry().bottom() < help.geometry().top()
+        assert hint.height() >= hint.heightForWidth(hint.width())
+    study.modes["look"].setChecked(True)
+    study.modes["obstacles"].setChecked(True)
+    assert hint.geometry().bottom() < help.geometry().top()
+
+
 def test_the_hint_on_edges_says_what_an_edge_of_this_graph_is(make_study, app):
     study = active(make_study(), 1280, 800)
     study.modes["edges"].setChecked(True)

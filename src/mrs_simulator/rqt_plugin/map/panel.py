@@ -146,8 +146,16 @@ class MapPanel(QWidget):
         self.hint.setMargin(2)
         self._tint_hint()
         self.hint.setAttribute(Qt.WA_TransparentForMouseEvents)
-        self._over = Overlay(self.hint, self.map, lambda: plot_area(self.map).toRect())
+        self._over = Overlay(self.hint, self.map, self._above_help)
+        self.help.installEventFilter(self._over)
         self._show_help("look")
+
+    def _above_help(self):
+        """Return the part of the map's plot that is not below what the mode offers."""
+        area = plot_area(self.map).toRect()
+        if not self.help.isHidden():
+            area.setBottom(min(area.bottom(), self.help.geometry().top() - 1))
+        return area
 
     def _tint_hint(self):
         """Give the hint the window's colour, through which the map is seen."""
@@ -166,9 +174,9 @@ class MapPanel(QWidget):
     def _show_help(self, mode):
         self.obstacles.setVisible(mode == "obstacles")
         self.ahead.setVisible(mode == "ahead")
+        self.help.setVisible(mode in ("obstacles", "ahead"))
         self.hint.setVisible(bool(HINTS[mode]))
         self._say_hint(mode)
-        self.help.setVisible(mode in ("obstacles", "ahead"))
 
     def _say_hint(self, mode):
         edges = DIRECTED[self.map.edges.directed]

@@ -14,6 +14,7 @@ RATE_FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
 NEGLIGIBLE = 1e-9  # [m], or the quantity's unit: from less at the start nothing decays but rounding
 IN_PART = "with forces, robots in water and air follow small velocities in part only"
 RESTS = "it begins at {:.3g}, and below {:.3g} friction holds robots where they are"
+MOST_PAIRS = 20000  # [-] of robots over the samples that ``by_sample`` takes at a time
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
 NO_TOPOLOGY = "the scenario has no topology; wanted one, such as topology: {preset: ring}"
 # What a claim asks: whether theory holds of the law; whether robots get the commands that the published law
@@ -240,5 +241,12 @@ def distance_to(points):
 
 
 def by_sample(quantity):
-    """Return the ``quantity`` computed sample by sample: pairs of all samples at once take much memory."""
-    return lambda hand: np.concatenate([quantity(hand[row : row + 1]) for row in range(len(hand))])
+    """Return the ``quantity`` computed of some samples at a time: pairs of all at once take much memory."""
+
+    def of(hand):
+        every = max(1, MOST_PAIRS // hand.shape[1] ** 2)
+        return np.concatenate(
+            [quantity(hand[row : row + every]) for row in range(0, len(hand), every)]
+        )
+
+    return of

@@ -30,7 +30,7 @@ class AheadBar(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._gains, self._moved = {}, {}  # fields by name, and values of those that were moved
-        self._values = {}  # as the run has them
+        self._values = None  # as the run has them, by name
         self.gain, self.slider, self._value = QComboBox(), QSlider(Qt.Horizontal), QLabel()
         self.keep, self.clear_button = QPushButton("Keep as run"), QPushButton("Clear")
         self.text = QLabel(BEFORE)

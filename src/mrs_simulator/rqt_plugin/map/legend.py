@@ -23,6 +23,7 @@ LEGEND = {  # in the order of the map's words
     "trail": "trail",
     "last run": "the last run",
     "forecast": "predicted, to its end",
+    "ahead": "what if, to its end",
     "target": "target",
     "directed edge": "edge to its receiver",
     "edge": "undirected edge",
@@ -101,7 +102,7 @@ def _draw_sign(painter, style, name, at):
     elif name == "target":
         shade, place = style.mixed(0.8).getRgbF()[:3], np.array([[x, y]])
         draw_lines(painter, signs.crosses(place, [shade], shade, 1, unit))
-    elif name == "forecast":
+    elif name in ("forecast", "ahead"):
         painter.setPen(QPen(style.mixed(PATH_SHOWN), WIDTH * unit))
         painter.drawLine(QLineF(x - reach, y, x, y))
         place, shade = np.array([[x + 0.5 * reach, y]]), style.mixed(END_SHOWN).getRgbF()

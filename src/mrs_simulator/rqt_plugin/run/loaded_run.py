@@ -15,7 +15,7 @@ from mrs_simulator.state.columns import TWIST
 from mrs_simulator.study.results.report import VERDICT_FILE, read_run
 from mrs_simulator.verdict.verdict_file import read_verdict
 
-MOST_CHANGES = 50  # [-] of settings, of which graphs are asked
+MOST_CHANGES = 50  # [-] of settings, of which the law is asked
 MOST_TARGETS = 200  # [-] samples for which targets are asked
 NO_SCENARIO = "its scenario is not known: neither targets nor theory are shown"
 
@@ -26,7 +26,7 @@ class LoadedRun(NamedTuple):
     path: str  # of its folder, or of a bag
     history: History
     scenario: Any  # None where it is not known
-    graphs: Any  # ``((since [s], Topology), ...)`` of the run, None where its law is not known
+    settings: Any  # ``((since [s], law_answers.Facts), ...)``, None where its law is not known
     targets: Any  # of each of some samples, (rows (k,), (k, n, d) [m]), None where there are none
     error: Any  # the formation error (m,) [m] of poses (m, n, 3), a function, or None
     prediction: Any  # a ``law_answers.Prediction``, or None
@@ -38,10 +38,10 @@ class LoadedRun(NamedTuple):
         """Return the time [s] at which the run begins."""
         return float(self.history.time[0])
 
-    def graph_at(self, row):
-        """Return the ``Topology`` at the sample ``row``, None where it is not known."""
+    def facts_at(self, row):
+        """Return the law's ``Facts`` of the settings at the sample ``row``, None where not known."""
         passed = self.history.time[row] - self.begin
-        known = [graph for since, graph in self.graphs or () if since <= passed]
+        known = [facts for since, facts in self.settings or () if since <= passed]
         return known[-1] if known else None
 
     def targets_at(self, row):
@@ -74,14 +74,14 @@ def load_run(path, data, ask):
 
 
 def _answers(run, ask):
-    """Return what the law of ``run`` says: graphs, targets, error, prediction; and what went wrong."""
+    """Return what the law of ``run`` says: settings, targets, error, prediction; and what went wrong."""
     scenario = run.scenario
     if not scenario.path and scenario.control.protocol not in HOMES:
         return None, None, None, None, (NO_SCENARIO,)  # a bag's law may be anybody's
     changes = run.meta.get("changes", [])
     now = changed_by(scenario, changes)
     try:
-        graphs = _graphs(scenario, changes, ask)
+        settings = _settings(scenario, changes, ask)
         rows = np.unique(np.linspace(0, len(run.time) - 1, MOST_TARGETS).astype(int))
         targets = ask("targets_at", now, run.pose[rows])
         prediction = ask("prediction", scenario._replace(poses=run.pose[0].copy()))
@@ -91,17 +91,15 @@ def _answers(run, ask):
         held = np.asarray(prediction.time) <= changes[0].time
         prediction = prediction._replace(time=prediction.time[held], error=prediction.error[held])
     if targets is None:
-        return graphs, None, None, prediction, ()
-    return graphs, (rows, targets), functools.partial(ask, "errors", now), prediction, ()
+        return settings, None, None, prediction, ()
+    return settings, (rows, targets), functools.partial(ask, "errors", now), prediction, ()
 
 
-def _graphs(scenario, changes, ask):
-    """Return the graphs of a run of ``scenario``, each with the time [s] since when."""
-    found = [(-np.inf, ask("facts", scenario).topology)]
+def _settings(scenario, changes, ask):
+    """Return the law's ``Facts`` of a run of ``scenario``, each with the time [s] since when."""
+    found = [(-np.inf, ask("facts", scenario))]
     for count, change in enumerate(changes[:MOST_CHANGES], 1):
-        graph = ask("facts", changed_by(scenario, changes[:count])).topology
-        if (graph.edges, graph.directed) != (found[-1][1].edges, found[-1][1].directed):
-            found.append((change.time, graph))
+        found.append((change.time, ask("facts", changed_by(scenario, changes[:count]))))
     return tuple(found)
 
 

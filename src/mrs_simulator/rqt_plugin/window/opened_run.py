@@ -28,7 +28,7 @@ class OpenedRun:
         self._worker, self._asked = DebouncedWorker(0.0), ""
         self.run, self.source = None, None  # the ``LoadedRun`` that is shown, and its ``Source``
         self._own_verdict, self._begun = None, (None, 0)
-        self._row, self._graph = -1, None  # of the sample whose targets and graph are shown
+        self._row, self._facts = -1, None  # of the sample whose targets and graph are shown
         panels.time_line.close_asked.connect(guarded(self.close))
 
     @property
@@ -67,10 +67,10 @@ class OpenedRun:
         row, run, shown = self._replay.cursor.row, self.run, self._panels.map
         if run is None or row == self._row:
             return
-        self._row, graph = row, run.graph_at(row)
+        self._row, facts = row, run.facts_at(row)
         shown.show_targets(run.targets_at(row))
-        if graph is not self._graph:
-            self._graph = graph
+        if facts is not self._facts:
+            self._facts, graph = facts, facts.topology
             shown.show_topology(graph.edges, graph.directed)
 
     def _overtaken(self):
@@ -92,7 +92,7 @@ class OpenedRun:
         panels = self._panels
         if self.run is None:
             self._own_verdict = panels.verdict.verdict
-        self._row, self._graph = -1, None
+        self._row, self._facts = -1, None
         self.run, self._begun = run, (self._study.scenario, self._live.runs)
         panels.modes["look"].setChecked(True)
         self.source = source_of(run, "")

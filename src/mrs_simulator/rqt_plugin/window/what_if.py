@@ -54,9 +54,8 @@ class WhatIf:
     @guarded
     def _on_mode(self, on):
         if on:
-            facts = (
-                self._study.edited.derived if self._opened.run is None else self._opened.run.facts
-            )
+            run, facts = self._opened.run, self._study.edited.derived
+            facts = facts if run is None else run.facts_at(self._replay.cursor.row)
             given = ((), {}) if facts is None else (facts.parameters, facts.values)
             self._panels.map_panel.ahead.set_gains(*given)
         self.clear()
@@ -223,31 +222,31 @@ class WhatIf:
     def _on_keep(self):
         subject, edit = self._subject, self._edit()
         path = self._study.shelf.new_directory("{} what if".format(subject.scenario.title or "run"))
-        scenario, changes = subject.scenario, list(subject.changes)
+        scenario, changes, said = subject.scenario, list(subject.changes), self._said(edit)
 
         def work():
             laws = LawProcess(KEEP_LIMIT)
             try:
                 laws.ask("ahead", scenario, "keep_ahead", changes, edit, path)
-                return True, path
+                return True, (path, said)
             except Exception as error:  # of a law, which may raise anything
                 shutil.rmtree(path, ignore_errors=True)
                 return False, reason(error)
             finally:
                 laws.close()
 
-        self._panels.say("keeping the run: {}".format(self._said(edit)))
-        self._panels.map_panel.ahead.show_state("Keeping {} ...".format(self._said(edit)), False)
+        self._panels.say("keeping the run: {}".format(said))
+        self._panels.map_panel.ahead.show_state("Keeping {} ...".format(said), False)
         self._study.connection.do(KEEP, work)
 
     def kept(self, success, answer):
         """Take the answer to the request ``KEEP``; return True, since nothing more is to be said."""
         bar = self._panels.map_panel.ahead
         if success:
-            self._panels.say("kept in {}".format(answer))
-            bar.show_state(
-                "Kept as {}, on the list of runs".format(os.path.basename(answer)), False
-            )
+            path, said = answer
+            self._study.shelf.mark(path, note=said)
+            self._panels.say("kept in {}".format(path))
+            bar.show_state("Kept as {}, on the list of runs".format(os.path.basename(path)), False)
         else:
             self._panels.say(ErrorMessage("not kept: {}".format(answer)))
             bar.show_state("Not kept: {}".format(answer), False)

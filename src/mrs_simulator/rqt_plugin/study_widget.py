@@ -69,6 +69,7 @@ class StudyWidget(StudyPanels):
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
         self.opened = OpenedRun(self, self.study, self.live, self.replay, self.editing)
+        self.results.opened = self.opened
         processes = self.study.processes
         self.course = Course(self, self.study, self.history, self.live, self.opened)
         self.comparison_control = Comparison(

@@ -1,7 +1,9 @@
 """Writes a run's data, figures and verdict; without Qt."""
 
+import functools
 import os
 import re
+import shutil
 import threading
 import time
 
@@ -69,7 +71,28 @@ class RunFiles:
 
     def saver(self, history, directory, formats, more=()):
         """Return a function that begins to save the run as it is now; ``formats``: of figures, or ""."""
-        write, recorded = self.writing(history, directory), history.recorded
+        done = functools.partial(self._describe, history.recorded, directory)
+        return self._saver(self.writing(history, directory), directory, formats, more, done)
+
+    def saver_of(self, path, directory, more=()):
+        """As ``saver``, of the recorded run at ``path``, a folder or a bag, with figures."""
+
+        def write(report):
+            if os.path.isdir(path):
+                shutil.copytree(path, directory, dirs_exist_ok=True)
+            return path
+
+        return self._saver(write, directory, FIGURES, more, lambda: None)
+
+    @staticmethod
+    def _describe(recorded, directory):
+        """Describe a run in ``directory`` that a program has ``recorded`` to another one, if any."""
+        if recorded is not None:
+            note_closest(directory)
+            describe(directory)
+
+    def _saver(self, write, directory, formats, more, done):
+        """Return a function that begins to save the run that ``write(report)`` writes; then ``done()``."""
         made = "figures and the verdict" if formats else "the verdict"
 
         def report(share):
@@ -88,9 +111,7 @@ class RunFiles:
             verdict = os.path.join(directory, VERDICT_FILE)
             if code not in (0, 1) or not os.path.exists(verdict):
                 return False, output
-            if recorded is not None:
-                note_closest(directory)
-                describe(directory)
+            done()
             return True, verdict
 
         def begin():

@@ -13,6 +13,7 @@ from mrs_simulator.verdict.verdict_file import read_verdict
 
 SHORTEST_KEPT = 2.0  # [s] of commands, of an unsaved run that is kept
 TITLE = "Save results to a new directory"
+NOT_OWN = -1  # in place of the times that the history was cleared, of a run of the list
 
 
 class Results:
@@ -20,6 +21,7 @@ class Results:
 
     def __init__(self, panels, study, history, files):
         self._panels, self._study, self._history, self._files = panels, study, history, files
+        self.opened = None  # the ``OpenedRun``, whose run is saved while it is shown
         self._since = None  # [s], when the saving that is under way began
         self.directory = None  # of the run saved last
         # Times that the history had been cleared when it was saved, and for what is being saved.
@@ -27,8 +29,12 @@ class Results:
         self._waiting = []  # what is to be saved next: how it begins, and the same of it
 
     def can_be_saved(self):
-        """Return whether there is a run, and no saving is under way."""
-        return bool(len(self._history.time)) and self._since is None
+        """Return whether a run is shown, and no saving is under way."""
+        return bool(self._shown() or len(self._history.time)) and self._since is None
+
+    def _shown(self):
+        """Return the path of the run of the list that is shown, "" where it is the window's own."""
+        return self.opened.run.path if self.opened.run is not None else ""
 
     def of_run(self):
         """Return the directory to which the run in the history was saved, "" where it was not."""
@@ -36,13 +42,16 @@ class Results:
 
     def ask_where(self, more=()):
         """Ask for the directory to save to; ``more``: options of ``report`` for what else is saved."""
-        if not self._nothing_to_save():
-            start = os.path.join(
-                self._study.files.results_directory(),
-                self._study.files.suggested_name(self._history),
-            )
+        if self._shown() or not self._nothing_to_save():
+            start = os.path.join(self._study.files.results_directory(), self._suggested())
             save = functools.partial(self.save, more=more) if more else self.save
             self._files.ask(TITLE, start, "", save, saves=True)
+
+    def _suggested(self):
+        """Return the name of a directory for the run that is shown."""
+        if self._shown():
+            return os.path.splitext(os.path.basename(self._shown()))[0] + "_figures"
+        return self._study.files.suggested_name(self._history)
 
     def judge(self):
         """Save the run on the shelf, without figures, and show the verdict."""
@@ -51,18 +60,24 @@ class Results:
             self._begin(self._study.files.saver(self._history, directory, ""))
 
     def save(self, directory, more=()):
-        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``.
+        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run shown to ``directory``.
 
         ``more``: options of ``report``.  What is being saved is finished before.
         """
-        if not self._nothing_to_save():
+        if self._shown():
+            self._panels.say("saving to {}".format(directory))
+            self._wait(self._study.files.saver_of(self._shown(), directory, more), NOT_OWN)
+        elif not self._nothing_to_save():
             self._panels.say("saving to {}".format(directory))
             self._begin(self._study.files.saver(self._history, directory, FIGURES, more))
 
     def _begin(self, save):
-        """Begin to ``save``, once nothing else is being saved."""
+        """Begin to ``save`` the window's own run, once nothing else is being saved."""
         self._history.saved = self._history.moved
-        self._waiting.append((save, self._history.cleared))
+        self._wait(save, self._history.cleared)
+
+    def _wait(self, save, of):
+        self._waiting.append((save, of))
         self._go_on()
 
     def _go_on(self):
@@ -100,8 +115,9 @@ class Results:
         return self._saves == self._history.cleared
 
     def _take_saved(self, path):
-        self.directory, self._cleared = os.path.dirname(path), self._saves
-        self._panels.say_saved(self.directory, "saved to {}")
+        self._panels.say_saved(os.path.dirname(path), "saved to {}")
+        if self._saves != NOT_OWN:
+            self.directory, self._cleared = os.path.dirname(path), self._saves
         if self._is_of_now():
             self._show_verdict(path)
 

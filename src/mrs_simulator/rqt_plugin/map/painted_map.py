@@ -1,5 +1,6 @@
 """Paints what the map shows."""
 
+import contextlib
 import time
 
 import numpy as np
@@ -48,7 +49,8 @@ class PaintedMap(MapScene):
             painter.setFont(self.font())
             painter.setRenderHint(QPainter.Antialiasing)
             painter.setClipRect(self.frame.area)
-            axes.draw_scale_bar(painter, style, self.frame)
+            with self._above_hint(painter):
+                axes.draw_scale_bar(painter, style, self.frame)
             self._paint_last_run(painter, style)
             for ghost in self.ghosts:
                 ghost.draw(painter, style, self.frame, self.shown["trails"])
@@ -65,7 +67,8 @@ class PaintedMap(MapScene):
                 self.ahead.draw(painter, style, self.frame, self.team_scene(), self.team.shapes)
             self._paint_robots(painter, style)
             if self.shown["legend"]:
-                draw_legend(painter, style, self.frame, self.legend(), self._legend)
+                with self._above_hint(painter):
+                    draw_legend(painter, style, self.frame, self.legend(), self._legend)
             if self.ghosts:
                 names = [(self.own_name, 0), *((ghost.name, ghost.place) for ghost in self.ghosts)]
                 draw_names(painter, style, self.frame, names, self.team.pose[:, :2])
@@ -77,6 +80,14 @@ class PaintedMap(MapScene):
             painter.end()
         self.cost = time.thread_time() - begun
         self.spent += self.cost
+
+    @contextlib.contextmanager
+    def _above_hint(self, painter):
+        """Let what is painted at the lower axis stand above what covers it."""
+        painter.save()
+        painter.translate(0.0, -self.covered())
+        yield
+        painter.restore()
 
     def _team_size(self):
         return max(self.team.numbers, default=1)
@@ -228,11 +239,14 @@ class PaintedMap(MapScene):
         """Return the names of the signs that are to be seen."""
         shown = set()
         if self.shown["trails"] and self.trails.begun:
-            shown |= {"start", "trail"}
+            # Lines of compared runs are named beside.
+            shown |= {"start"} if self.ghosts else {"start", "trail"}
         if self.last_run is not None:
             shown.add("last run")
         if self._has_forecast():
             shown.add("forecast")
+        if self.ahead is not None:
+            shown.add("ahead")
         if self.shown["targets"] and self.targets is not None:
             shown.add("target")
         if self.shown["edges"] and self.edges.list:

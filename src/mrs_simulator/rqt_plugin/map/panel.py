@@ -148,6 +148,7 @@ class MapPanel(QWidget):
         self.hint.setAttribute(Qt.WA_TransparentForMouseEvents)
         self._over = Overlay(self.hint, self.map, self._above_help)
         self.help.installEventFilter(self._over)
+        self.map.covered = self._covered
         self._show_help("look")
 
     def _above_help(self):
@@ -156,6 +157,12 @@ class MapPanel(QWidget):
         if not self.help.isHidden():
             area.setBottom(min(area.bottom(), self.help.geometry().top() - 1))
         return area
+
+    def _covered(self):
+        """Return the height [px] of the map's plot that lies below a hint and what the mode offers."""
+        area = self._above_help()
+        top = area.bottom() + 1 - (0 if self.hint.isHidden() else self.hint.height())
+        return max(0, plot_area(self.map).toRect().bottom() + 1 - top)
 
     def _tint_hint(self):
         """Give the hint the window's colour, through which the map is seen."""
@@ -177,6 +184,7 @@ class MapPanel(QWidget):
         self.help.setVisible(mode in ("obstacles", "ahead"))
         self.hint.setVisible(bool(HINTS[mode]))
         self._say_hint(mode)
+        self.map.update()  # legend and scale are above them
 
     def _say_hint(self, mode):
         edges = DIRECTED[self.map.edges.directed]

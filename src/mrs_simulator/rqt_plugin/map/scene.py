@@ -66,6 +66,7 @@ class MapScene(QWidget):
         self.flashes = Flashes(self, self.update)
         self.untouched = True  # the view is still the one that fit() chose
         self._whole = True  # and that one holds all obstacles
+        self.covered = lambda: 0.0  # returns the height [px] that is covered at the lower axis
         self.revision = 0  # of what is shown: it grows with each change
         self.is_past = False  # whether a moment is shown that has passed
         self._begin_team((), np.empty((0, 3)))

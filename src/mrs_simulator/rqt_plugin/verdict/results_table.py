@@ -1,6 +1,6 @@
 """A read-only table that can be copied to a spreadsheet."""
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, Qt
+from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QKeySequence
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QAbstractItemView,
@@ -12,6 +12,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import tint
 
+ROWS = 3  # [-] that there is room for, if anyhow
 WIDEST = 0.3  # [-] of the table's width that a column takes at most by itself
 
 
@@ -37,6 +38,15 @@ class ResultsTable(QTableWidget):
         self.setTabKeyNavigation(False)
         self.setAlternatingRowColors(True)
         self.setWordWrap(False)
+
+    def sizeHint(self):
+        """Ask for a few rows: where there is less room than for all, the table alone scrolls."""
+        rows = ROWS * self.verticalHeader().defaultSectionSize()
+        around = (
+            self.horizontalHeader().sizeHint().height()
+            + self.horizontalScrollBar().sizeHint().height()
+        )
+        return QSize(super().sizeHint().width(), rows + around)
 
     def set_rows(self, rows, tips=(), tints=()):
         """Show ``rows`` of texts; ``tips`` of the rows; ``tints``: ``(row, column, kind of note)``."""

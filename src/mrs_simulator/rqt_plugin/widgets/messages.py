@@ -23,7 +23,6 @@ class MessageList(QPlainTextEdit):
         super().__init__(parent)
         self.unseen = 0
         self.setReadOnly(True)
-        self.setLineWrapMode(QPlainTextEdit.NoWrap)
         self.setMaximumBlockCount(MOST_LINES)
 
     def add(self, text, trouble=False):

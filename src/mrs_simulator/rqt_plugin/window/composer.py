@@ -101,6 +101,8 @@ class Composer(QDialog):
             ("To [s]", self.end, "the end"),
         ):
             field.setPlaceholderText(hint)
+            room = self.fontMetrics().horizontalAdvance(hint) + self.fontMetrics().height()
+            field.setMinimumWidth(room)
             field.textChanged.connect(self._on_choice)
             self._add_row(grid, title, field)
         self._add_row(grid, "Width", self.width_box)

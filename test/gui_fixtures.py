@@ -143,14 +143,20 @@ def shown(widget, width, height):
     return widget
 
 
-def wait_shown(condition, limit=60.0):
-    """Let the window go on until the condition holds."""
+def wait_shown(condition, limit=120.0, follow=lambda: None, said=lambda: ""):
+    """Let the window go on until the condition holds.
+
+    ``follow()`` does before each look what timers would that stand; ``said()``: what a failure tells.
+    """
     from PyQt5.QtTest import QTest  # not for the tests without widgets
 
     end = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < end
-        QTest.qWait(20)
+    while True:
+        follow()
+        if condition():
+            return
+        assert time.monotonic() < end, said()
+        QTest.qWait(10)
 
 
 def wait_drawn(curves, limit=60.0):

@@ -199,58 +199,6 @@ def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_a
     assert [run.read_bytes() for run in runs] == 2 * [wanted]
 
 
-COMPARED = """
-clicks = []
-
-def press(widget, at=None):
-    clicks.append(widget)
-    QTest.mouseClick(widget, Qt.LeftButton, Qt.NoModifier, at or widget.rect().center())
-
-def open_tab(page):
-    bar = gui.settings_tabs.tabBar()
-    press(bar, bar.tabRect(gui.settings_tabs.indexOf(page)).center())
-
-def run(count):
-    until(lambda: gui.bar.button("run").isEnabled())
-    press(gui.bar.button("run"))
-    until(lambda: len(gui.shelf.list.runs.entries) == count and gui.results.of_run())
-    until(lambda: all(entry.outcome for entry in gui.shelf.list.runs.entries))
-
-gui.bar.set_speed(0)
-run(1)
-open_tab(gui.settings_tabs.findChild(QWidget, "Protocol"))
-field = gui.protocol.findChild(ParameterForm)._rows["k"].editor
-press(field)
-QTest.keyClick(field, Qt.Key_A, Qt.ControlModifier)
-QTest.keyClicks(field, "0.05")
-QTest.keyClick(field, Qt.Key_Return)
-run(2)
-open_tab(gui.shelf)
-runs = gui.shelf.list
-press(runs.viewport(), runs.itemDelegate().box(runs.visualRect(runs.runs.index(1))).center())
-until(lambda: gui.map.ghosts)
-assert len(clicks) == 6, clicks
-assert (gui.map.own_name, gui.map.ghosts[0].name) == ("k 0.05", "k 0.02")
-assert gui.results_tabs.currentWidget() is gui.curves
-assert {curve.run for curve in gui.curves._data()[0]} == {"k 0.05", "k 0.02"}
-assert gui.comparison.parameters.text(0, 0) == "k"
-"""
-
-
-def test_two_gains_are_run_and_compared_by_six_clicks(tmp_path):
-    scenario = load_scenario(PAPER)._replace(duration=2.0)
-    path = tmp_path / "four.yaml"
-    path.write_text(scenario.to_yaml())
-    needed = (
-        "from PyQt5.QtWidgets import QWidget\n"
-        "from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm\n"
-    )
-    in_window(needed + COMPARED, path, tmp_path)
-    folders = list(tmp_path.glob(".local/share/mrs_simulator/runs/*"))
-    names = {"run.csv", "run.json", "scenario.yaml", "verdict.json", "provenance.json"}
-    assert len(folders) == 2 and all(names <= {f.name for f in each.iterdir()} for each in folders)
-
-
 def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):
     law = tmp_path / "hangs.py"
     law.write_text(

@@ -3,14 +3,13 @@
 import json
 import os
 import shutil
-import time
 
 import numpy as np
 import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_shown
 from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
 from PyQt5.QtGui import QDropEvent
 from PyQt5.QtTest import QTest
@@ -70,14 +69,8 @@ def frame(widget):
     widget.comparison_control.show_frame()
 
 
-def until(widget, condition, limit=60.0):
-    end = time.monotonic() + limit
-    while time.monotonic() < end:
-        frame(widget)
-        if condition():
-            return
-        QTest.qWait(10)
-    raise AssertionError(widget.messages.toPlainText())
+def until(widget, condition):
+    wait_shown(condition, follow=lambda: frame(widget), said=widget.messages.toPlainText)
 
 
 def click(widget, row, in_box=False):
@@ -144,37 +137,6 @@ def test_the_simulation_goes_on_while_another_run_is_looked_at(study, runs):
     np.testing.assert_allclose(trail[[0, -1]], state.pose[[0, 59], 0, :2], atol=0.05)
     assert go_on(60) is not None and not study.map.is_past
     study.history.saved = np.inf
-
-
-def test_two_gains_are_compared_in_curves_on_the_map_and_in_tables(study):
-    opened(study, 0)
-    click(study, 1, in_box=True)
-    until(study, lambda: study.map.ghosts)
-    assert study.results_tabs.currentWidget() is study.curves
-    assert study.opened.run.path.endswith("run1")  # a box shows no other run
-    curves = study.curves._data()[0]
-    assert [curve.name for curve in curves[3:5]] == ["Robot 4", "Robot 1, k 0.02"]
-    styles = {(curve.run, str(curve.style["ls"])) for curve in curves}
-    assert styles == {("k 0.05", "-"), ("k 0.02", "(0, (5, 2))")}
-    # A ghost is where its robots were as long after their start.
-    study.replay.cursor.go(3.0)
-    frame(study)
-    (ghost,) = study.map.ghosts
-    other = read_run_csv(os.path.join(study.shelf.list.runs.entries[1].path, "run.csv"))
-    row = np.flatnonzero(np.isclose(other.time, 3.0))[0]
-    np.testing.assert_allclose(ghost.scene.state.pose, other.pose[row])
-    np.testing.assert_allclose(ghost.trails[0][-1], other.pose[row, 0, :2])
-    assert (ghost.name, study.map.own_name) == ("k 0.02", "k 0.05")
-    table, claims = study.comparison.parameters, study.comparison.claims
-    assert [table.text(0, column) for column in range(3)] == ["k", "0.05", "0.02"]
-    rows = claims.as_tsv().splitlines()
-    assert rows[0].split("\t")[1:4] == ["k 0.05, " + w for w in ("predicted", "measured", "result")]
-    (settling,) = [row.split("\t") for row in rows if row.startswith("settling time")]
-    assert settling[1] != settling[4] and len(rows) > 6
-    QTest.mouseClick(study.shelf.clear, Qt.LeftButton)
-    frame(study)
-    assert not study.map.ghosts and len(study.curves._data()[0]) == 4
-    assert study.comparison.claims is None
 
 
 def test_an_edit_and_a_mode_of_the_mouse_close_the_run(study):

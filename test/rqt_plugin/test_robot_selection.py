@@ -6,8 +6,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
-from gui_fixtures import quiet_study, shown
-from protocol_fixtures import shipped
+from gui_fixtures import shown
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtTest import QTest
@@ -80,19 +79,3 @@ def test_the_ruler_measures_between_robots_and_follows_them():
     assert view.ruler.text().startswith("10.000 m")
     view.grab()
     view.close()
-
-
-def test_selected_robots_are_aligned_by_their_menu_and_undone():
-    study = quiet_study(shipped("consensus"))
-    shown(study, 1100, 740)
-    before = study.scenario.poses.copy()
-    study.map_panel.modes["poses"].click()
-    QTest.keyClick(study.map, Qt.Key_A, Qt.ControlModifier)
-    study.map.chosen.open_menu(0, study.map.mapToGlobal(QPoint(50, 50)))
-    entry = next(e for e in study.map.chosen.menu.actions() if e.text() == "Align: same y")
-    entry.trigger()
-    assert np.ptp(study.scenario.poses[:, 1]) == 0.0 < np.ptp(before[:, 1])
-    study.map.chosen.menu.close()
-    study.bar.undo_asked.emit()
-    assert np.array_equal(study.scenario.poses, before)
-    study.close_study()

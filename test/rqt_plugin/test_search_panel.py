@@ -10,7 +10,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from unittest.mock import MagicMock
 
-from gui_fixtures import alive, quiet_study, shown
+from gui_fixtures import alive, quiet_study, shown, wait_shown
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -140,13 +140,12 @@ def follow(widget):
 
 def until(widget, condition):
     """Wait until the ``condition`` holds, as the window's timers would."""
-    for _ in range(12000):
-        follow(widget)
-        if condition():
-            return
-        QTest.qWait(10)
-    said = widget.study.processes.output("search"), widget.search.title.message
-    raise AssertionError((*said, widget.messages.toPlainText()))
+
+    def said():
+        panel, processes = widget.search, widget.study.processes
+        return processes.output("search"), panel.title.message, widget.messages.toPlainText()
+
+    wait_shown(condition, follow=lambda: follow(widget), said=said)
 
 
 def open_tab(widget):
@@ -162,31 +161,6 @@ def press(button):
 
 def ended(widget):
     return widget.search.buttons[BREAK].isEnabled()
-
-
-def test_a_counterexample_is_on_the_map_by_three_clicks(study):
-    panel = study.search
-    open_tab(study)  # 1
-    assert "control.parameters.gain" in panel.vary.toPlainText()
-    press(panel.buttons[BREAK])  # 2
-    assert panel.cancel.isEnabled() and panel.bar.isVisible() and panel.bar.maximum() == 500
-    assert not ended(study) and not panel.show_run.isVisible()
-    until(study, lambda: ended(study))
-    assert panel.text.toPlainText().startswith("found after ")
-    assert "near: BROKEN" in panel.text.toPlainText() and not panel.bar.isVisible()
-    assert "experiment ~/mrs_runs/two_points_agree_" in panel.text.toPlainText()
-    press(panel.show_run)  # 3
-    until(study, lambda: study.opened.run is not None and study.replay.cursor.is_past)
-    run = study.opened.run
-    assert run.path == os.path.join(study.search_control.directory, "run")
-    assert run.scenario.title == "Counterexample: Two points agree"
-    # at the moment at which it broke
-    with open(os.path.join(study.search_control.directory, "search.json")) as file:
-        decided = json.load(file)["worst"]["decided_at"]
-    assert study.replay.cursor.time == pytest.approx(decided)
-    assert math.hypot(*(run.history.pose[0, 0, :2] - run.history.pose[0, 1, :2])) > 2.0
-    press(panel.load)
-    assert study.scenario.title == "Counterexample: Two points agree"
 
 
 def test_margins_are_shown_as_a_table_and_a_figure(study):

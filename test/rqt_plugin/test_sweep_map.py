@@ -12,7 +12,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from unittest.mock import MagicMock
 
-from gui_fixtures import alive, quiet_study, shown
+from gui_fixtures import alive, quiet_study, shown, wait_shown
 from PyQt5.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PyQt5.QtGui import QDropEvent
 from PyQt5.QtTest import QTest
@@ -226,15 +226,17 @@ def study(application, no_hidden_errors, scenario, tmp_path, monkeypatch):
 
 def until(widget, condition):
     """Wait until the ``condition`` holds, as the window's timers would."""
-    for _ in range(12000):
+
+    def follow():
         widget.sweep_control.follow()
         widget.shelf_control.follow()
         widget.opened.follow()
-        if condition():
-            return
-        QTest.qWait(10)
-    said = widget.study.processes.output("sweep"), widget.sweep.note.message
-    raise AssertionError((*said, widget.messages.toPlainText()))
+
+    def said():
+        panel, processes = widget.sweep, widget.study.processes
+        return processes.output("sweep"), panel.note.message, widget.messages.toPlainText()
+
+    wait_shown(condition, follow=follow, said=said)
 
 
 def test_a_form_stands_above_its_content_where_there_is_little_room(application):
@@ -267,49 +269,6 @@ def press(button):
 def click_cell(widget, row, column):
     place = widget.sweep.map.cell_box(row, column).center().toPoint()
     QTest.mouseClick(widget.sweep.map, Qt.LeftButton, NONE, place)
-
-
-def test_cells_are_coloured_as_they_end_and_a_click_opens_their_run(study):
-    panel = study.sweep
-    assert panel.axes[0].name.currentText() == "gain" and panel.axes[0].low.text() == "0.25"
-    assert panel.axes[1].name.currentText() == "control.rate"
-    fill(panel.axes[0], "gain", "0.5", "4", 2)
-    fill(panel.axes[1], "control.rate", "4", "20", 2)
-    press(panel.start)
-    assert panel.cancel.isEnabled() and not panel.start.isEnabled()
-    cells = study.sweep_control.cells
-    assert cells.cells.shape == (2, 2) and not cells.known()
-    click_cell(study, 0, 0)  # nothing is there to open yet
-    until(study, lambda: len(cells.known()) == 4)
-    until(study, lambda: panel.start.isEnabled())
-    # gain Tc < 1/2 on this graph: of the four only gain 4 at 4 Hz breaks it
-    assert [[cell.outcome for cell in row] for row in cells.cells] == [
-        ["passed", "failed"],
-        ["passed", "passed"],
-    ]
-    assert panel.note.message == "4 of 4 cells, 3 passed; as theory has it: 4 of 4"
-    assert cells.lines and "gain Tc < 2/\u03bb_max" in panel.map.text_of((0, 1))
-    image = panel.map.grab().toImage()
-    ratio = image.width() / panel.map.width()
-    shades = []
-    for column in (0, 1):
-        corner = panel.map.cell_box(0, column).topLeft().toPoint() * ratio
-        shades.append(image.pixelColor(corner.x() + 6, corner.y() + 6))
-    assert shades[0].blue() > shades[0].red() and shades[1].red() > shades[1].blue()
-    assert study.opened.path == ""
-    click_cell(study, 0, 1)
-    until(study, lambda: study.opened.run is not None)
-    folder = study.sweep_control.directory
-    assert study.opened.run.path == os.path.join(folder, cells.cells[0, 1].run)
-    assert study.opened.run.scenario.control.parameters["gain"] == 4.0
-    assert study.opened.run.scenario.control.rate == 4.0
-    assert os.path.dirname(folder) == os.path.join(os.environ["HOME"], "mrs_runs")
-    # by keys, too
-    panel.map.setFocus()
-    for key in (Qt.Key_Left, Qt.Key_Return):
-        QTest.keyClick(panel.map, key)
-    wanted = os.path.join(folder, cells.cells[0, 0].run)
-    until(study, lambda: study.opened.run is not None and study.opened.run.path == wanted)
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """What a user takes away: pictures of the views, curves as a table, results with a video."""
 
-import csv
 import os
 
 import numpy as np
@@ -168,16 +167,6 @@ def test_compared_runs_are_composed_by_name_with_their_error(study, tmp_path, mo
     composer.compare.setChecked(False)
     assert "--compare" not in composer.arguments("f.pdf")
     composer.close()
-
-
-def test_the_curves_shown_are_copied_as_a_table(study):
-    study.results_tabs.setCurrentWidget(study.curves)
-    choose(study, "table")
-    rows = list(csv.reader(QApplication.clipboard().text().splitlines()))
-    assert rows[0] == ["time [s]", "Robot 1 x [m]", "Robot 2 x [m]"] and len(rows) == 31
-    np.testing.assert_allclose(
-        np.array(rows[1:], dtype=float)[:, 1], 0.1 * np.arange(30), atol=1e-9
-    )
 
 
 @pytest.mark.parametrize("what, more", [("video", []), ("film", ["--space"])])

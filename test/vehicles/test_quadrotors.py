@@ -7,6 +7,7 @@ from flight_fixtures import crazyflie, tilts
 from mrs_simulator.core.spatial import headings
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.drives import compiled_flight, quadrotor, quadrotor_forces
+from mrs_simulator.vehicles.drives.compiled_flight import table_of
 from mrs_simulator.vehicles.drives.flight import at_rest
 from mrs_simulator.vehicles.drives.rotors import hover_speed
 from mrs_simulator.vehicles.limits import AxisLimits
@@ -215,7 +216,7 @@ def test_silence_hovers_first_and_lands_then():
 def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
     if compiled:
         pytest.importorskip("numba")
-    loops = compiled_flight.compiled_fly() if compiled else compiled_flight.fly
+    loops = compiled_flight.compiled_loops() if compiled else compiled_flight.plain_loops()
     (group,) = Team.of(4 * kinds, "firmware").groups
     draw, m = np.random.default_rng(5), len(group.kinds)
     most = np.full((m, 3), 50.0) if len(kinds) > 1 else (50.0, 50.0, 50.0)
@@ -225,10 +226,11 @@ def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
     velocity, rates = (np.asfortranarray(draw.normal(size=(m, 3))) for _ in range(2))
     flight = flight._replace(velocity=velocity, rates=30.0 * rates)
     wanted, air = draw.uniform(-1.0, 1.0, (2, m, 3))
+    wanted[::2] *= 20.0  # beyond what tilt and thrust allow
     heading, turning = draw.uniform(-1.0, 1.0, (2, m))
     told = []
     for chosen in (None, loops):
-        monkeypatch.setattr(quadrotor_forces, "same_bits", lambda *_, chosen=chosen: chosen)
+        monkeypatch.setattr(quadrotor_forces, "same_bits", lambda *_, chosen=chosen, **__: chosen)
         after = flight
         for _ in range(10):
             given = wanted, heading, turning, air, numbers, 0.018
@@ -236,3 +238,36 @@ def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
         told.append(after)
     assert all(np.array_equal(*each) for each in zip(*told))
     assert 0 < (told[0].place[:, 2] == 0.0).sum() < m
+
+
+@pytest.mark.parametrize("kinds", [("crazyflie2",), ("crazyflie2", "ardrone2")])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_compiled_steps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
+    """Robots hold places or heights in wind, climb, turn, are told to fly too fast, and land at last."""
+    if compiled:
+        pytest.importorskip("numba")
+    loops = compiled_flight.compiled_loops() if compiled else compiled_flight.plain_loops()
+    (group,) = Team.of(6 * kinds, "firmware").groups
+    draw, m = np.random.default_rng(6), len(group.kinds)
+    pose = np.column_stack([draw.uniform(-1.0, 1.0, (m, 2)), draw.uniform(-3.0, 3.0, m)])
+    inner = quadrotor_forces.begin(pose, draw.uniform(0.3, 0.5, m), group.numbers)
+    inner = inner._replace(against=np.asfortranarray(draw.choice([-1.0, 0.0, 1.0], (m, 2))))
+    commands = np.where(draw.random((30, m, 4)) < 0.5, 0.0, draw.normal(size=(30, m, 4)))
+    commands[:, 0], commands[15:, 1:3, 2] = 0.0, -5.0  # one holds its place, two come down
+    commands[:, 3] *= 50.0
+    air, told, used = np.full((m, 3), 0.5), [], []
+    monkeypatch.setattr(
+        quadrotor_forces, "table_of", lambda *each: used.append(1) or table_of(*each)
+    )
+    for chosen in (None, loops):
+        monkeypatch.setattr(quadrotor_forces, "same_bits", lambda *_, chosen=chosen, **__: chosen)
+        after = inner
+        for command in commands:
+            for _ in range(4):
+                given = after, command, group.limits, group.numbers, 0.02, air
+                after = quadrotor_forces.flown(*given)
+        told.append(after)
+    for one, other in zip(told[0].flight + told[0][1:4], told[1].flight + told[1][1:4]):
+        np.testing.assert_array_equal(one, other)
+    assert told[0].working is None and told[1].working is None and 40 < len(used) < 120
+    assert 0 < (told[0].place[:, 2] == 0.0).sum() < m and np.abs(told[0].against).max() == 1.0

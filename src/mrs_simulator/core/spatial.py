@@ -73,7 +73,8 @@ def rotated(orientation, vectors):
 
 def headings(orientation):
     """Return the headings (...) [rad] of unit quaternions (..., 4), whatever their roll and pitch."""
-    x, y, z, w = np.moveaxis(np.asarray(orientation, dtype=float), -1, 0)
+    turn = np.asarray(orientation, dtype=float)
+    x, y, z, w = turn.T if turn.ndim == 2 else np.moveaxis(turn, -1, 0)
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 

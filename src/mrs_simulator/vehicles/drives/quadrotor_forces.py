@@ -20,10 +20,15 @@ from typing import NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.compiling import same_bits
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import cos_sin, wrap_angle
 from mrs_simulator.core.spatial import headings
 from mrs_simulator.vehicles.drives import quadrotor
-from mrs_simulator.vehicles.drives.compiled_flight import compiled_fly, flown_by
+from mrs_simulator.vehicles.drives.compiled_flight import (
+    columns_of,
+    compiled_loops,
+    moved_by,
+    table_of,
+)
 from mrs_simulator.vehicles.drives.flight import Flight, acting, advanced, at_rest, upright_share
 from mrs_simulator.vehicles.drives.flight_control import (
     attitude_of,
@@ -77,6 +82,11 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     ``air`` (m, 3) [m/s]: the wind; ``touch(before, after, step)``: the ``Flight`` after a substep that
     contacts make of ``after``, None while nothing is within reach.
     """
+    if inner.working is None and touch is None:
+        loops = same_bits(compiled_loops, WORTH, size=0)  # ``moved`` counts steps
+        after = loops and _flown_by(loops, inner, command, limits, numbers, step, air)
+        if after is not None:
+            return after
     limited = quadrotor.possible(command, limits)
     if inner.working is not None:
         limited[~inner.working.any(axis=1)] = 0.0
@@ -100,6 +110,32 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     coming = flight.place + flight.velocity / parts(numbers.velocity_gain).T
     held = np.where(keeps & ~stays[:, np.newaxis], inner.held, coming)
     return QuadrotorState(flight, aim, held, against, working)
+
+
+def _flown_by(loops, inner, command, limits, numbers, step, air):
+    """Return what :func:`flown` does by ``loops``; None where robots stay on the ground, or turn over."""
+    m, place = len(inner.aim), np.ascontiguousarray(inner.place.T)
+    top = columns_of(limits.top, (m, 4))
+    limited, wanted, held = np.empty((4, m)), np.empty((3, m)), np.empty((3, m))
+    if loops.limit(np.ascontiguousarray(command.T), top, place, limited):
+        return None
+    keeps, against = np.empty((3, m), dtype=bool), np.array(inner.against.T, order="C")
+    gains = PLACE_GAIN, LEARNING * step, STRONGEST
+    turning, before = limited[3], np.ascontiguousarray(inner.held.T)
+    turned = cos_sin(inner.aim + 0.5 * step * turning)
+    loops.hold(limited, top, *turned, place, before, against, gains, keeps, wanted)
+    flight = moved(inner.flight, wanted.T, inner.aim, turning, air, numbers, step)
+    table = table_of(numbers, *substeps(step)[1:], m)
+    where = (each.T for each in flight[:3])
+    if loops.settle(table, *where, keeps, before, held):
+        return None
+    return QuadrotorState(flight, wrap_angle(inner.aim + step * turning), held.T, against.T)
+
+
+def substeps(duration):
+    """Return how many substeps a step of ``duration`` [s] has, and how long they are [s]."""
+    count = max(1, int(np.ceil(duration / SUBSTEP - 1e-9)))
+    return count, duration / count
 
 
 def _keep_place(inner, wanted, limited, limits, step):
@@ -171,15 +207,13 @@ def moved(flight, wanted, heading, turning, air, numbers, duration, working=None
     [m/s]: the wind; ``working`` and ``touch`` as of :func:`flown`.  The velocity's controller works every
     few substeps, the others at each.
     """
-    count = max(1, int(np.ceil(duration / SUBSTEP - 1e-9)))
-    step = duration / count
-    loops = None if working is not None or touch is not None else same_bits(compiled_fly, WORTH)
-    for index in range(0, count, VELOCITY_EVERY) if loops else ():
-        acceleration = wanted_acceleration(flight.velocity, wanted, numbers)
-        attitude = attitude_of(acceleration, heading + index * step * turning)
-        few = min(VELOCITY_EVERY, count - index), step
-        flight = flown_by(loops, *few, flight, acceleration, attitude, turning, air, numbers)
-    for index in range(0 if loops else count):
+    count, step = substeps(duration)
+    if working is None and touch is None:
+        loops = same_bits(compiled_loops, WORTH)
+        if loops is not None:
+            plan = count, step, VELOCITY_EVERY
+            return moved_by(loops, plan, flight, wanted, heading, turning, air, numbers)
+    for index in range(count):
         if index % VELOCITY_EVERY == 0:
             acceleration = wanted_acceleration(flight.velocity, wanted, numbers)
             attitude = attitude_of(acceleration, heading + index * step * turning)

@@ -39,6 +39,8 @@ class FlightContacts:
         """``kinds`` and ``names`` of the robots; ``free`` (m,) bool: robots moved here."""
         self._kinds, self._names, self._free = kinds, names, np.array(free)
         self._tall = np.array([kind.body.height for kind in kinds])
+        # [m] from the ground to the middles
+        self._half_up = np.column_stack([np.zeros((len(kinds), 2)), 0.5 * self._tall])
         self._reach = np.hypot([kind.body.reach for kind in kinds], 0.5 * self._tall)
         self._obstacles = self._given = self._before = _solid(obstacles)
         self._list = VerletList(2.0 * float(self._reach.max(initial=0.0)) + MARGIN)
@@ -102,7 +104,7 @@ class FlightContacts:
         return near & self._free
 
     def _middles(self, place):
-        return place + np.column_stack([np.zeros((len(place), 2)), 0.5 * self._tall])
+        return place + self._half_up
 
     # The solver ----------------------------------------------------------------------------------
 

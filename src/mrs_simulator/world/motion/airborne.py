@@ -116,8 +116,9 @@ class AirborneMotion(KinematicMotion):
         for group, flight in self._flying():
             after[group.rows] = flight.advance(group.of(command), self.step)
             self._risen[group.rows] = flight.spatial.z
-        rows = self._mirrored
-        after[rows], self._risen[rows] = before[rows], self.z[rows]
+        if len(self._mirrored):
+            rows = self._mirrored
+            after[rows], self._risen[rows] = before[rows], self.z[rows]
         return after
 
     def _own_twist(self):

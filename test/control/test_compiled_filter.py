@@ -86,6 +86,7 @@ def run(scenario, law):
     return found
 
 
+@pytest.mark.release  # compiling takes long
 @pytest.mark.parametrize(
     "model, n", [("pioneer3dx", 12), ("robotino3", 8), (["pioneer3dx", "robotino3"], 6)]
 )
@@ -128,6 +129,7 @@ def test_a_crowd_that_newtons_method_does_not_find_is_solved_as_exactly(speed, m
     assert (kept.pressure(velocity) - kept.limit).max() < 1e-8
 
 
+@pytest.mark.release  # compiling takes long
 def test_the_filter_is_compiled_ahead():
     pytest.importorskip("numba")
     assert compile_ahead(["formation_safely", "sensed_crossing"]) == ["formation_safely"]

@@ -91,6 +91,7 @@ def test_the_loops_over_all_robots():
     by_all(same, same)
 
 
+@pytest.mark.release  # compiling takes long
 def test_the_compiled_loops_over_all_robots():
     pytest.importorskip("numba")
     by_all(jit(), jit(cache=True))

@@ -144,6 +144,7 @@ def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
         assert (tmp_path / name).stat().st_size > 500, name
 
 
+@pytest.mark.release
 def test_the_tutorial_of_a_law_runs_as_it_stands(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = page("tutorial_law.md")
@@ -162,6 +163,7 @@ def test_the_tutorial_of_a_law_runs_as_it_stands(tmp_path, monkeypatch, capsys):
     assert said.count("nothing noticed it") == 3
 
 
+@pytest.mark.release
 def test_the_tutorial_of_a_search_runs_as_it_stands(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = page("tutorial_search.md")
@@ -172,15 +174,6 @@ def test_the_tutorial_of_a_search_runs_as_it_stands(tmp_path, monkeypatch, capsy
         for line in set(shown.splitlines()) - {"  ...", "```"}:
             assert line in said, line
     assert (tmp_path / "broken" / "run" / "trajectories.png").stat().st_size > 500
-
-
-@pytest.mark.parametrize("name", ["figures.md"])
-def test_python_on_a_page_runs(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    codes = re.findall(r"```python\n(.*?)```", page(name), re.S)
-    assert codes
-    for code in codes:
-        exec(compile(code, name, "exec"), {"__name__": "page"})
 
 
 @pytest.mark.release

@@ -356,7 +356,9 @@ def test_equal_delays_of_differences_are_the_delayed_protocol():
     np.testing.assert_allclose(track_of(over), track_of(plain), rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("share, stable", [(0.95, True), (1.05, False)])
+@pytest.mark.parametrize(
+    "share, stable", [pytest.param(0.95, True, marks=pytest.mark.release), (1.05, False)]
+)
 def test_equal_delays_five_percent_either_side_of_the_bound(tmp_path, share, stable):
     tau = round(share * np.pi / (2.0 * 4.0), 2)  # gain 1, lambda_max of the ring 4
     links = {"delay": tau, "carries": "difference"}

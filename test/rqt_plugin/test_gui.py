@@ -548,7 +548,7 @@ else:
 ONE_CLICK = """
 gui.study.edited.scenario = gui.scenario._replace(duration=2.0)
 gui.bar.set_speed(0)
-for runs in (1, 2):
+for runs in range(1, int(sys.argv[2]) + 1):
     click("run")
     until(lambda: gui.messages.toPlainText().count("saved to") == runs)
     assert gui.results_tabs.currentWidget() is gui.verdict
@@ -557,7 +557,7 @@ for runs in (1, 2):
 
 
 def test_one_click_runs_the_scenario_over_ros_and_another_does_so_again(gui, tmp_path):
-    gui(ONE_CLICK)
+    gui(ONE_CLICK, 2)
     runs = [
         read_run(str(path)) for path in (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
     ]
@@ -576,15 +576,15 @@ class Still(PioneerControl):
         return {number: make_twist(0.0, 0.0) for number in pos_map}
 """
 NO_MOTION = """
-gui.protocol.take_file(sys.argv[2])
-until(lambda: gui.scenario.control.protocol == sys.argv[2])
+gui.protocol.take_file(sys.argv[3])
+until(lambda: gui.scenario.control.protocol == sys.argv[3])
 """
 
 
 def test_a_run_over_ros_in_which_no_robot_moves_ends_after_its_duration(gui, tmp_path):
     (tmp_path / "still.py").write_text(STILL)
-    gui(NO_MOTION + ONE_CLICK, tmp_path / "still.py")
-    for path in (tmp_path / ".local/share/mrs_simulator/runs").iterdir():
-        run = read_run(str(path))
-        assert run.time[-1] - run.time[0] >= 1.8 and (run.command == 0.0).all()
-        assert (run.pose == run.pose[0]).all() and not run.meta.get("uncommanded")
+    gui(NO_MOTION + ONE_CLICK, 1, tmp_path / "still.py")
+    (path,) = (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
+    run = read_run(str(path))
+    assert run.time[-1] - run.time[0] >= 1.8 and (run.command == 0.0).all()
+    assert (run.pose == run.pose[0]).all() and not run.meta.get("uncommanded")

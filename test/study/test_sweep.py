@@ -255,12 +255,19 @@ def test_runs_alike_are_run_once(tmp_path, monkeypatch):
     assert [row["seed"] for row in rows(str(tmp_path))] == ["1", "2", "1"]
 
 
+def test_many_runs_pay_together_and_few_do_not(monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    assert not sweep._are_many(make_runs(PAPER, [("duration", [3.0, 3.1])]))
+    assert sweep._are_many(10 * make_runs(PAPER, [("seed", [1])]))
+
+
+@pytest.mark.release  # compiling takes long
 @pytest.mark.usefixtures("undrawn")
 def test_runs_that_pay_together_are_compiled_and_reproduced_so(tmp_path, monkeypatch, capsys):
     pytest.importorskip("numba")
     monkeypatch.delenv(compiling.VARIABLE, raising=False)
     runs = make_runs(PAPER, [("duration", [3.0, 3.1])])
-    assert not sweep._are_many(runs) and sweep._are_many(10 * make_runs(PAPER, [("seed", [1])]))
     monkeypatch.setattr(sweep, "_are_many", lambda runs: True)
     run_sweep(runs, str(tmp_path), jobs=1)
     run = str(tmp_path / runs[0][0])

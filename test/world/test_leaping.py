@@ -261,7 +261,8 @@ def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, law, compiled
 @pytest.mark.parametrize(
     "law, why",
     [
-        ("Averaging", ".*mean"),  # in words of the version of numba
+        # In words of the version of numba, which takes seconds to find them.
+        pytest.param("Averaging", ".*mean", marks=pytest.mark.release),
         ("Recursive", "a function calls itself"),
     ],
 )
@@ -500,6 +501,7 @@ def test_what_is_to_befall_robots_stops_leaps():
     assert not world.can_leap(5)
 
 
+@pytest.mark.release  # compiling takes long
 @pytest.mark.parametrize(
     "changes", [{}, {"fidelity": "point_mass"}, {"model": "robotino3"}], ids=["", "points", "bases"]
 )

@@ -84,6 +84,25 @@ class Limited(io.TextIOBase):
         return len(text)
 
 
+class Forgiving(io.TextIOBase):
+    """A stream that passes on what there is room for: a log on a full disk ends no program."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def write(self, text):
+        with contextlib.suppress(OSError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self):
+        with contextlib.suppress(OSError):
+            self._stream.flush()
+
+    def fileno(self):
+        return self._stream.fileno()
+
+
 class _Output:
     """A stream that keeps the error of a failed write."""
 

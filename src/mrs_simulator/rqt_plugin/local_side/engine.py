@@ -18,6 +18,7 @@ from mrs_simulator.control.worker_process import named_place
 from mrs_simulator.core.compiling import in_time
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pacing import Pacer
+from mrs_simulator.core.writing import Forgiving
 from mrs_simulator.record.controller_log import LAW_FAILED, deadlock_text, failure
 from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.rqt_plugin.local_side.run_record import RunRecord, sizes
@@ -198,7 +199,10 @@ class Engine:
     def _end_run(self):
         if self._record is not None:
             record, self._record = self._record, None
-            record.close()
+            try:
+                record.close()
+            except OSError as error:  # a full disk, which the next run need not suffer from
+                print("simulation: {}".format(error), file=sys.stderr)
 
     def _placed(self, scenario):
         """Return ``scenario`` with robots where they are now, as they began if they never moved."""
@@ -451,6 +455,7 @@ class Engine:
 def main():
     """Run the engine of a GUI; arguments: its address, scenario, speed, and where runs are recorded."""
     address, path, speed, directory = sys.argv[1:5]
+    sys.stdout, sys.stderr = Forgiving(sys.stdout), Forgiving(sys.stderr)  # laws print, too
     with refusing_bad_input("simulation"):
         engine = Engine(Link(address), load_scenario(path), float(speed), directory)
     try:

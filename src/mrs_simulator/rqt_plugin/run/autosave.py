@@ -25,7 +25,7 @@ class Autosave:
         """``directory``: default ``mrs_simulator/edits`` in the user's cache."""
         cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
         self._directory = directory or os.path.join(cache, "mrs_simulator", "edits")
-        self._file = None
+        self._file, self._text = None, ""  # what is in it
 
     def keep(self, text):
         """Write the scenario's ``text``; raises ``OSError`` where that cannot be."""
@@ -33,12 +33,22 @@ class Autosave:
             os.makedirs(self._directory, exist_ok=True)
             handle, path = tempfile.mkstemp(".yaml", "edits_", self._directory)
             fcntl.flock(handle, fcntl.LOCK_EX)
-            self._file = os.fdopen(handle, "w", encoding="utf-8")
+            self._file = os.fdopen(handle, "wb", buffering=0)
             self._path = path
+        try:
+            self._put(text)
+        except OSError:
+            with contextlib.suppress(OSError):
+                self._put(self._text)  # for which there was room
+            raise
+        self._text = text
+
+    def _put(self, text):
+        content = memoryview(text.encode("utf-8"))
+        os.ftruncate(self._file.fileno(), 0)
         self._file.seek(0)
-        self._file.truncate()
-        self._file.write(text)
-        self._file.flush()
+        while content:
+            content = content[self._file.write(content) :]
 
     def forget(self):
         """Remove the file: nothing is unsaved."""

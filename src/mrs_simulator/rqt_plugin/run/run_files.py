@@ -100,7 +100,7 @@ class RunFiles:
 
         def work():
             report(0.0)
-            path = write(report)
+            path = _whole(write, directory, report)
             self.saving = "making " + made + (", and the video" if more else "")
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
@@ -158,15 +158,16 @@ class RunFiles:
         ran = self.ran(history)
         directory = self._shelf.new_directory(ran[0].title)
         write = self.writing(history, directory, ran)
-        return lambda: self._kept(write, directory)
+        return lambda: self._kept(write, directory, history.recorded)
 
     @staticmethod
-    def _kept(write, directory):
+    def _kept(write, directory, recorded):
         try:
-            os.makedirs(directory, exist_ok=True)
-            path = write()
+            path = _whole(write, directory)
         except OSError as error:
-            return ErrorMessage("the previous run was not saved, and is lost: {}".format(error))
+            left = _moved_out(recorded)
+            rest = "; what was recorded of it is in {}".format(left) if left else ", and is lost"
+            return ErrorMessage("the previous run was not saved{}: {}".format(rest, error))
         return "the previous run was not judged; its data is kept in {}".format(path)
 
     def ran(self, history):
@@ -246,6 +247,33 @@ class RunFiles:
         meta.update({"ended": ended} if ended else {})
         # Collisions of real robots are not measured.
         return dict(meta, collisions_unknown=True) if real else meta
+
+
+def _whole(write, directory, *given):
+    """Return what ``write(*given)`` does to ``directory``; a new one goes again where it has no room."""
+    is_new = not os.path.exists(directory)
+    try:
+        os.makedirs(directory, exist_ok=True)
+        return write(*given)
+    except OSError:
+        if is_new:
+            shutil.rmtree(directory, ignore_errors=True)
+        raise
+
+
+def _moved_out(recorded):
+    """Move the directory in which a program has recorded, if any, out of one that goes with the window.
+
+    Return its new path, "" where that cannot be.  That takes no room.
+    """
+    if recorded is None:
+        return ""
+    path = "{}_{}".format(os.path.dirname(recorded), os.path.basename(recorded))
+    try:
+        os.rename(recorded, path)
+    except OSError:
+        return ""
+    return path
 
 
 def _named(scenario):

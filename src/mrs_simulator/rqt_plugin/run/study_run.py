@@ -65,6 +65,12 @@ class StudyRun:
 
     def take_result(self, name, success, answer):
         """Take in the answer called ``name``; return a message, or ""."""
+        try:
+            return self._take(name, success, answer)
+        except OSError as error:  # what is to be started is written to a file
+            return ErrorMessage("not started: {}".format(error))
+
+    def _take(self, name, success, answer):
         if name == "simulated_time":
             return self.stage.start(success, answer)
         if name == "stop" and self._resets:

@@ -2,7 +2,8 @@
 
 import os
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QMarginsF, QSizeF, Qt
+from mrs_simulator.core.writing import write_bytes
+from mrs_simulator.rqt_plugin.qt.QtCore import QBuffer, QMarginsF, QSizeF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QImage, QPageSize, QPainter, QPdfWriter
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
@@ -82,21 +83,21 @@ def save_picture(widget, path):
 
     Raises ``OSError`` where it cannot be written.
     """
+    made = QBuffer()  # Qt's own writers do not say that a disk is full
+    made.open(QBuffer.WriteOnly)
     if path.endswith(".pdf"):
-        _save_vectors(widget, path)
-        return
-    image = QImage(widget.size() * FINE, QImage.Format_RGB32)
-    image.setDevicePixelRatio(FINE)
-    image.fill(Qt.white)
-    widget.render(image)
-    if not image.save(path):
-        raise OSError("{}: cannot be written".format(path))
+        _write_vectors(widget, made)
+    else:
+        image = QImage(widget.size() * FINE, QImage.Format_RGB32)
+        image.setDevicePixelRatio(FINE)
+        image.fill(Qt.white)
+        widget.render(image)
+        image.save(made, "PNG")
+    write_bytes(path, made.data().data())
 
 
-def _save_vectors(widget, path):
-    with open(path, "ab"):  # says why where it cannot be written
-        pass
-    writer, size = QPdfWriter(path), widget.size()
+def _write_vectors(widget, made):
+    writer, size = QPdfWriter(made), widget.size()
     writer.setPageSize(QPageSize(QSizeF(size), QPageSize.Point))
     writer.setPageMargins(QMarginsF(0.0, 0.0, 0.0, 0.0))
     painter = QPainter(writer)

@@ -14,6 +14,7 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QLineEdit, QTableView
 
 from mrs_simulator.record.run_changes import ControllerRecord
+from mrs_simulator.rqt_plugin.run.study_state import StudyState
 from mrs_simulator.rqt_plugin.window.pending import PendingTeam
 from mrs_simulator.rqt_plugin.window.whole_run import WholeRun
 from mrs_simulator.scenario.scenario import load_scenario
@@ -219,3 +220,28 @@ def test_after_a_refused_start_run_is_free_at_once():
         study.stage.is_gone.return_value = gone
         whole.follow()
         assert (whole.no_run() == "a run is under way") == (not gone)
+
+
+@pytest.mark.parametrize("runs_on", [True, False])
+def test_a_run_outlasts_a_controller_that_is_silent_for_a_while(runs_on):
+    study, results, connection = MagicMock(), MagicMock(), MagicMock()
+    processes = connection.processes
+    study.connection, study.state = connection, StudyState(connection, processes, MagicMock())
+    study.is_controlled = study.state.is_controlled
+    control = connection.newest.return_value = SimpleNamespace(running=True, paused=True)
+    history = SimpleNamespace(begun=0.0, time=[0.0], cleared=2, scenario=None, recorded="run")
+    study.scenario.duration = 5.0
+    connection.snapshot.return_value = SimpleNamespace(time=5.0)
+    whole = WholeRun(study, history, results, MagicMock(), lambda said: None)
+    whole._wait_for("end")
+    connection.is_fresh.return_value = False
+    processes.is_running.return_value = runs_on
+    whole.follow()
+    assert not results.judge.called
+    connection.is_fresh.return_value = True
+    whole.follow()
+    assert results.judge.called == runs_on  # what has ended meanwhile is no run any more
+    whole._wait_for("end")
+    control.running = connection.is_fresh.return_value = False  # stopped before it was silent
+    whole.follow()
+    assert not whole._waits

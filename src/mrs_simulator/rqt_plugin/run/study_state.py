@@ -32,6 +32,17 @@ class StudyState:
         control = self.connection.newest("control")
         return self.connection.is_fresh("control") and control is not None and control.running
 
+    def is_silent(self):
+        """Return whether a controller started here gave commands, and now says nothing.
+
+        The machine is busy, or a law hangs, of which :meth:`hangs` tells.
+        """
+        control = self.connection.newest("control")
+        commands = (
+            control is not None and control.running and not self.connection.is_fresh("control")
+        )
+        return commands and self.processes.is_running("control")
+
     def drives(self):
         """Return whether a controller gives commands in a run that is not over."""
         return self.is_controlled() and not self.is_over()

@@ -129,7 +129,8 @@ class WholeRun:
                 self._waits = ""
             return
         if not self._study.is_controlled():
-            self._waits = ""  # stopped, or failed: messages say why
+            if not self._study.state.is_silent():
+                self._waits = ""  # stopped, or failed: messages say why
             return
         snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
         begun = self._begun(snapshot)

@@ -37,8 +37,8 @@ python_38() {
   wait "$vermin" || { cat build/vermin.log && return 1; }
 }
 private_ros
-# Tests with processes wait half of their time: twice as many workers as cores keep the cores busy.
-check "tests" python3 -m pytest --workers "$((2 * $(nproc)))" "$@"
+# Tests with processes wait two thirds of their time: three workers a core keep the cores busy.
+check "tests" python3 -m pytest --workers "$((3 * $(nproc)))" "$@"
 check "Python 3.8" python_38
 
 [ ${#failed[@]} = 0 ] && echo "all passed" && exit 0

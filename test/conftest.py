@@ -71,7 +71,8 @@ def pytest_configure(config):
     if not config.getoption("--all"):
         os.environ.setdefault("MRS_SIMULATOR_COMPILED", "0")
     if config.getoption("--workers"):
-        config.pluginmanager.register(Workers(config.getoption("--workers"), own_home))
+        count = config.getoption("--workers")
+        config.pluginmanager.register(Workers(count, own_home, _starts_processes))
 
 
 def pytest_collection_modifyitems(config, items):
@@ -82,7 +83,7 @@ def pytest_collection_modifyitems(config, items):
         slow = {line.strip() for line in file}
     kept, left = [], []
     for item in items:
-        long = PROCESSES.intersection(item.fixturenames) or _function(item) in slow
+        long = _starts_processes(item) or _function(item) in slow
         wanted = not (fast and long) and (not room or _folder(item) == room)
         wanted = wanted and (everything or item.get_closest_marker("release") is None)
         (kept if wanted else left).append(item)
@@ -108,6 +109,10 @@ def pytest_runtest_makereport(item):
     outcome = yield
     if OLD_ROSPY:
         stand_aside(outcome.get_result(), item)
+
+
+def _starts_processes(item):
+    return bool(PROCESSES.intersection(item.fixturenames))
 
 
 def _folder(item):

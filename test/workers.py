@@ -6,6 +6,7 @@ Collecting, and loading what tests import, takes ten seconds: each process would
 import atexit
 import collections
 import gc
+import itertools
 import os
 import shutil
 import signal
@@ -19,10 +20,14 @@ import pytest
 
 
 class Workers:
-    """The plugin, in the process that reports; ``count``: how many run tests."""
+    """The plugin, in the process that reports.
 
-    def __init__(self, count, begin_worker):
-        self._count, self._begin_worker = count, begin_worker
+    ``count``: how many processes run tests; ``begin_worker`` is called in each; ``waits(item)``: whether a
+    test waits for processes of its own.  Such tests come first: others keep the cores busy to the end.
+    """
+
+    def __init__(self, count, begin_worker, waits):
+        self._count, self._begin_worker, self._waits = count, begin_worker, waits
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session):
@@ -34,7 +39,7 @@ class Workers:
         gc.freeze()  # or each worker would copy what it looks at
         run = _Run(session, self._begin_worker)
         try:
-            run.begin(min(self._count, len(session.items)))
+            run.begin(min(self._count, len(session.items)), self._waits)
             run.follow()
         finally:
             run.end()
@@ -50,12 +55,17 @@ class _Run:
         self._given = {}  # likewise, those that it has
         self._pids = {}
 
-    def begin(self, count):
-        """Start ``count`` workers, each with as many neighbouring tests."""
-        total = len(self._session.items)
+    def begin(self, count, waits):
+        """Start ``count`` workers, each with as many neighbouring tests that wait, and others."""
+        kinds = [], []
+        for test, item in enumerate(self._session.items):
+            kinds[not waits(item)].append(test)
         for worker in range(count):
-            first, end = (total * each // count for each in (worker, worker + 1))
-            self._fork(collections.deque(range(first, end)))
+            parts = (
+                tests[len(tests) * worker // count : len(tests) * (worker + 1) // count]
+                for tests in kinds
+            )
+            self._fork(collections.deque(itertools.chain(*parts)))
 
     def _fork(self, tests):
         link, other = Pipe()

@@ -96,7 +96,7 @@ def hindered(processes, seed=1):
 KINEMATIC = pytest.param("paper", 6.0, marks=pytest.mark.release)
 
 
-@pytest.mark.parametrize("name, duration", [KINEMATIC, ("paper_dynamic", 3.0)])
+@pytest.mark.parametrize("name, duration", [KINEMATIC, ("paper_dynamic", 1.5)])
 def test_the_papers_experiment_over_ros(ros, tmp_path, name, duration):
     """As far as it goes here, robots are where they are without ROS; they form in tests of that."""
     asked = "duration:={:g}".format(duration)
@@ -392,7 +392,11 @@ def test_a_run_in_lockstep_has_the_bytes_of_one_without_ros(ros, tmp_path):
         "{poses: [[0, 0, 0.3], [3, 0.4, 2], [1, 2, -1]], topology: {preset: path}, duration: 3,"
         " control: {protocol: my_swaying.py, rate: 50}}"
     )
-    launch(ros, tmp_path / "over", "scenario:=" + str(given), "speed:=0")
+    fast = "--scenario", given, "_lockstep:=true"
+    ros.node("stage", *fast, "_speed:=0", "_wait_for_recorders:=1")
+    ros.node("pioneer_control", *fast)
+    record = ros.node("record", "--scenario", given, "--out", tmp_path / "over")
+    ros.judged(record, tmp_path / "over")
     run_experiment(load_scenario(given), str(tmp_path / "alone"), formats=())
     over, alone = (text_of(tmp_path / name / "run.csv") for name in ("over", "alone"))
     assert over == alone and over.count("\n") == 1 + 3 * 31

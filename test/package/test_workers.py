@@ -37,7 +37,8 @@ sys.path.insert(0, sys.argv[1])
 from workers import Workers
 def begin():
     os.environ["BEGUN"] = "yes"
-sys.exit(pytest.main(["-p", "no:cacheprovider", *sys.argv[2:]], [Workers(3, begin)]))
+workers = Workers(3, begin, lambda item: "kills" in item.name)
+sys.exit(pytest.main(["-p", "no:cacheprovider", *sys.argv[2:]], [workers]))
 """
 
 

@@ -8,10 +8,12 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from PyQt5.QtCore import QSettings
+from gui_fixtures import wait_shown
+from PyQt5.QtCore import QSettings, QSize
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QApplication, QWidget
 
+from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 from mrs_simulator.rqt_plugin.window.main_window import SIZE, Window, scenario_of_run
 
 
@@ -96,3 +98,26 @@ def test_the_value_of_an_option_of_qt_is_no_run(monkeypatch):
         monkeypatch.setattr(standalone.rospy, "myargv", lambda words=words: ["mrs_gui", *words])
         arguments, rest = standalone._parsed(parser)
         assert (arguments.run, rest) == wanted
+
+
+class Framed(QWidget):
+    """A window that gets a frame later than it is shown, as from a window manager."""
+
+    frame = 0  # [px] at each side
+
+    def frameGeometry(self):
+        return self.geometry().adjusted(-self.frame, -self.frame, self.frame, self.frame)
+
+
+def test_a_window_stays_on_its_screen_with_the_frame_that_comes_late(app):
+    room, window = QGuiApplication.primaryScreen().availableGeometry(), Framed()
+    kept = OnScreen(window)
+    window.resize(room.width() + 100, room.height() + 200)
+    window.show()
+    wait_shown(lambda: window.size() == room.size())
+    window.frame = 12
+    wait_shown(lambda: window.size() == room.size() - QSize(24, 24))
+    wait_shown(lambda: not kept._timer.isActive())  # from now on its user puts it anywhere
+    window.move(room.right() - 50, 10)
+    assert window.pos().x() == room.right() - 50
+    window.close()

@@ -240,7 +240,7 @@ def fitted(drawn, log):
     """Return the limits of a vertical axis that shows the ``drawn`` values."""
     values = np.concatenate([np.empty(0)] + [values[np.isfinite(values)] for values in drawn])
     if not len(values):
-        return (1e-3, 1.0) if log else (-1.0, 1.0)
+        return (1e-3, 1.0) if log else (-1.1, 1.1)
     low, high = np.min(values), np.max(values)
     if not log:
         room = 0.05 * (high - low) + max(0.0, LEAST_SPAN - (high - low)) / 2.0

@@ -426,7 +426,7 @@ class MapScene(QWidget):
     def minimumSizeHint(self):
         """Return the least size at which something is to be seen."""
         line = self.fontMetrics().height()
-        return QSize(14 * line, 8 * line)
+        return QSize(14 * line, 6 * line)
 
     @guarded
     def resizeEvent(self, event):

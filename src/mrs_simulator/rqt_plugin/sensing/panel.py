@@ -3,7 +3,13 @@
 import math
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 from mrs_simulator.rqt_plugin.sensing.picture import Picture
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
@@ -43,6 +49,7 @@ class SensorsPanel(QWidget):
         label = QLabel("Robot")
         label.setBuddy(self._robots)
         self._robots.setFixedWidth(int(10 * self.fontMetrics().averageCharWidth()))
+        self._robots.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Fixed)  # beside the note
         for widget, stretch in ((label, 0), (self._robots, 0), (self._note, 1)):
             row.addWidget(widget, stretch)
         row.addStretch(0)

@@ -21,6 +21,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
 )
 from mrs_simulator.rqt_plugin.start.cards import SIZE, Cards
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 from mrs_simulator.scenario.shipped import shipped_scenarios
 
 CARD = Qt.UserRole + 1  # a ``Card``, and to which group it belongs
@@ -96,6 +97,7 @@ class ScenarioPicker(QDialog):
         super().__init__(parent)
         self._memory = memory
         self.setWindowTitle("Choose a scenario")
+        OnScreen(self)
         self._find, self.list = QLineEdit(), QListWidget()
         self._find.setPlaceholderText("Find by title, law, kind of robots or theorem")
         self._find.setClearButtonEnabled(True)

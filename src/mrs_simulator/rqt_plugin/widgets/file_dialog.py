@@ -5,6 +5,7 @@ import os
 from mrs_simulator.rqt_plugin.qt.QtCore import QUrl
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QFileDialog, QLineEdit
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 
 
 class FileDialog(QFileDialog):
@@ -33,6 +34,7 @@ class FileDialog(QFileDialog):
         self._chosen = chosen
         self.fileSelected.connect(self._on_selected)
         self.finished.connect(self.deleteLater)
+        OnScreen(self)
         self.show()
 
     @guarded

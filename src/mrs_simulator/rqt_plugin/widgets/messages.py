@@ -10,6 +10,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import QPlainTextEdit
 from mrs_simulator.rqt_plugin.widgets.guard import LOG, guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import tint
 
+EMPTY = "No messages yet. What is done here, and what goes wrong, is listed with its time."
 MOST_LINES = 500
 MOST_FAULTS = 20  # [-] kept while the GUI is busy
 
@@ -24,6 +25,7 @@ class MessageList(QPlainTextEdit):
         self.unseen = 0
         self.setReadOnly(True)
         self.setMaximumBlockCount(MOST_LINES)
+        self.setPlaceholderText(EMPTY)
 
     def add(self, text, trouble=False):
         """Add ``text``, in the colour of errors if ``trouble``."""

@@ -23,6 +23,7 @@ from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 
 PANELS = (  # of the command ``figure``, and their names
     ("trajectories", "Trajectories"),
@@ -58,6 +59,7 @@ class Composer(QDialog):
         self._processes, self._directory, self._ask = processes, directory, ask
         self._compared = list(compared)
         self._worker, self._picture = DebouncedWorker(REST), QPixmap()
+        OnScreen(self)
         self.preview, self.note = QLabel(), MessageLabel("aside")
         self.preview.setAlignment(Qt.AlignCenter)
         height = SMALLEST * self.fontMetrics().height()

@@ -7,12 +7,12 @@ import socket
 import sys
 
 from mrs_simulator.core.garbage import spare_garbage_collection
-from mrs_simulator.rqt_plugin.qt.QtCore import QRect, QSettings, QTimer
-from mrs_simulator.rqt_plugin.qt.QtGui import QGuiApplication
+from mrs_simulator.rqt_plugin.qt.QtCore import QSettings, QTimer
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QMainWindow
 from mrs_simulator.rqt_plugin.shelf.entry import BAG, is_listed, run_at
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
+from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 from mrs_simulator.rqt_plugin.window.saved_layout import LAYOUT
 from mrs_simulator.study.bad_input import BAD_INPUT
 from mrs_simulator.study.results.report import RUN_FILE, SCENARIO_FILE
@@ -36,29 +36,7 @@ class Window(QMainWindow):
         geometry = settings.value("geometry")
         if geometry is not None:
             self.restoreGeometry(geometry)
-        self._keep_on_screen()
-
-    @guarded
-    def showEvent(self, event):
-        """Keep the window on its screen once it has a frame."""
-        super().showEvent(event)
-        QTimer.singleShot(0, guarded(self._keep_on_screen))
-
-    def _keep_on_screen(self):
-        """Shrink and move a window that reaches beyond its screen: the emergency stop is on it."""
-        if self.isMaximized() or self.isFullScreen():
-            return
-        at = self.frameGeometry()
-        screen = QGuiApplication.screenAt(at.center()) or QGuiApplication.primaryScreen()
-        room = screen.availableGeometry()
-        self.resize(self.size().boundedTo(room.size() - (at.size() - self.size())))
-        frame = QRect(at.topLeft(), self.frameGeometry().size())
-        frame.moveRight(min(frame.right(), room.right()))
-        frame.moveBottom(min(frame.bottom(), room.bottom()))
-        frame.moveLeft(max(frame.left(), room.left()))
-        frame.moveTop(max(frame.top(), room.top()))
-        if frame.topLeft() != at.topLeft():
-            self.move(frame.topLeft())
+        OnScreen(self).keep()  # the emergency stop is on it
 
     @guarded
     def closeEvent(self, event):

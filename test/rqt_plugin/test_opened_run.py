@@ -13,7 +13,7 @@ from gui_fixtures import quiet_study, shown, wait_shown
 from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
 from PyQt5.QtGui import QDropEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QFileDialog
 
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.record.run_changes import Change, to_plain
@@ -187,6 +187,38 @@ def test_a_run_that_ends_while_another_is_being_saved_is_saved_after_it(study, r
     assert study.verdict.verdict is not None
     assert study.results.of_run() == os.path.dirname(verdict)
     assert not history.is_unsaved(0.1)
+
+
+def test_a_verdict_on_the_own_run_waits_while_another_run_is_shown(study, runs):
+    history, done = study.history, []
+    study.connection.do = lambda name, work: done.append(name)
+    other = history_of(read_run_csv(str(runs[0] / "runs" / "run0" / "run.csv")))
+    history.fill(other.state.replace(estimate=None))
+    history.moved = history.time[-1]
+    study.results.judge()
+    opened(study, 0)
+    until(study, lambda: study.verdict.verdict is not None)
+    verdict = runs[0] / "runs" / "own" / "verdict.json"
+    verdict.parent.mkdir()
+    verdict.write_text(json.dumps(dict(study.opened.run.verdict, title="own", outcome="failed")))
+    assert study.results.ended(True, str(verdict))
+    frame(study)
+    assert study.verdict.verdict is study.opened.run.verdict
+    QTest.mouseClick(study.time_line.newest, Qt.LeftButton)
+    assert study.verdict.title().startswith("own: FAILED")
+    shutil.rmtree(str(verdict.parent))
+
+
+def test_the_run_that_was_shown_as_a_folder_was_asked_for_is_saved(study, tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(study.study.files, "saver_of", lambda path, *_: lambda: asked.append(path))
+    path = opened(study, 1)
+    study.results.ask_where()
+    opened(study, 0)
+    dialog = next(each for each in study.findChildren(QFileDialog) if each.isVisible())
+    dialog.fileSelected.emit(str(tmp_path / "saved"))
+    dialog.close()
+    assert asked == [path]
 
 
 def test_a_graph_that_changed_in_a_run_is_shown_as_of_the_moment(study, tmp_path):

@@ -147,6 +147,10 @@ class OpenedRun:
             self.run = self.run._replace(verdict=answer[1])
             self._panels.verdict.set_verdict(answer[1])
 
+    def keep_own_verdict(self, verdict):
+        """Take the ``verdict`` on the window's own run, which is shown once this one is closed."""
+        self._own_verdict = verdict
+
     def close(self):
         """Show the window's own run and scenario again."""
         if self.run is None:

@@ -44,7 +44,7 @@ class Results:
         """Ask for the directory to save to; ``more``: options of ``report`` for what else is saved."""
         if self._shown() or not self._nothing_to_save():
             start = os.path.join(self._study.files.results_directory(), self._suggested())
-            save = functools.partial(self.save, more=more) if more else self.save
+            save = functools.partial(self.save, more=more, path=self._shown())
             self._files.ask(TITLE, start, "", save, saves=True)
 
     def _suggested(self):
@@ -59,14 +59,16 @@ class Results:
             directory = self._study.files.shelf_directory(self._history)
             self._begin(self._study.files.saver(self._history, directory, ""))
 
-    def save(self, directory, more=()):
-        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run shown to ``directory``.
+    def save(self, directory, more=(), path=None):
+        """Save data, figures (PNG, PDF, SVG), verdict and scenario of a run to ``directory``.
 
-        ``more``: options of ``report``.  What is being saved is finished before.
+        ``more``: options of ``report``; ``path``: of a run of the list, "" for the window's own, None for
+        the one shown.  What is being saved is finished before.
         """
-        if self._shown():
+        path = self._shown() if path is None else path
+        if path:
             self._panels.say("saving to {}".format(directory))
-            self._wait(self._study.files.saver_of(self._shown(), directory, more), NOT_OWN)
+            self._wait(self._study.files.saver_of(path, directory, more), NOT_OWN)
         elif not self._nothing_to_save():
             self._panels.say("saving to {}".format(directory))
             self._begin(self._study.files.saver(self._history, directory, FIGURES, more))
@@ -122,12 +124,17 @@ class Results:
             self._show_verdict(path)
 
     def _show_verdict(self, path):
+        """Show the verdict at ``path`` on the window's own run, once that is shown again."""
         try:
-            self._panels.verdict.set_verdict(read_verdict(path))
+            verdict = read_verdict(path)
         except (ValueError, OSError) as error:
             text = "the verdict is saved, but cannot be shown: {}: {}"
             self._panels.say(ErrorMessage(text.format(path, reason(error))))
             return
+        if self.opened.run is not None:
+            self.opened.keep_own_verdict(verdict)
+            return
+        self._panels.verdict.set_verdict(verdict)
         self._panels.results_tabs.setCurrentWidget(self._panels.verdict)
 
     def keep_unsaved(self):

@@ -30,20 +30,17 @@ RIGHT, NOMINAL = "right law", "nominal run"
 def theorem_trial(scenario):
     """Return the ``Trial`` of the theorem's claims in a run of ``scenario``."""
     from mrs_simulator.core.claims import THEOREM
-    from mrs_simulator.study.run.simulating import simulate
-    from mrs_simulator.study.search.trials import NEUTRAL, Trial, is_outside, share_of
+    from mrs_simulator.study.run.experiment import played
+    from mrs_simulator.study.search.trials import NEUTRAL, Trial, is_outside, of_checks
+    from mrs_simulator.verdict.judging import judged
 
-    verdict = simulate(scenario).verdict
+    verdict, _ = judged(*played(scenario))
     checks = [each for each in verdict["checks"] if each["question"] == THEOREM]
     if any(map(is_outside, checks)):
         return Trial(NEUTRAL)
     if any(each["name"] == "ended" and each["passed"] is False for each in verdict["checks"]):
         return Trial(-NEUTRAL, {"name": verdict["ended"]})
-    shares = {each["name"]: share_of(each) for each in checks if each["passed"] is not None}
-    if not shares:
-        return Trial(NEUTRAL)
-    name = min(shares, key=shares.get)
-    return Trial(shares[name], {"name": name}, spares=shares)
+    return of_checks([each for each in checks if each["passed"] is not None])
 
 
 def content_of(group):

@@ -21,7 +21,7 @@ from mrs_simulator.study.search.break_command import main as break_
 from mrs_simulator.study.search.default_space import default_search
 from mrs_simulator.study.search.margins_command import main as margins
 from mrs_simulator.study.search.space import Space, content_with
-from mrs_simulator.study.search.trials import share_of, try_variation
+from mrs_simulator.study.search.trials import of_checks, share_of, try_variation
 from mrs_simulator.vehicles.team import Team
 from mrs_simulator.verdict.verdict import _compare
 
@@ -380,6 +380,25 @@ def test_what_a_claim_has_to_spare_is_said_of_its_tolerance():
     content = {**parse_yaml(SCENARIO, "scenario"), "requirements": {}, "duration": 40}
     text = try_variation(content, "scenario.yaml", {}).text
     assert re.fullmatch(r"margin \+\S+ of the tolerance of .*\[.*\]", text), text
+
+
+def bound(measured, name):
+    """Return the check of a claim of at most 1."""
+    check = {"name": name, "note": "at most", "predicted": 1.0, "tolerance": 1e-6}
+    return {**check, "difference": measured - 1.0, "passed": measured <= 1.0}
+
+
+def test_a_claim_that_stays_at_its_bound_hides_no_other_from_a_search():
+    far, near = (
+        of_checks([bound(0.98, "met at the start"), bound(x, "other")]) for x in (0.4, 0.9)
+    )
+    assert far.value == near.value == pytest.approx(0.02, abs=1e-5)
+    assert far.worst["name"] == near.worst["name"] == "met at the start"
+    assert near.objective < far.objective - 0.1
+    broken = of_checks([bound(0.98, "met at the start"), bound(1.1, "other")])
+    assert broken.is_broken and broken.worst["name"] == "other"
+    assert broken.objective < near.objective
+    assert of_checks([]).value == 1.0 and not of_checks([]).is_broken
 
 
 def test_a_scenario_without_a_search_is_searched_within_its_theorem(tmp_path, capsys):

@@ -23,7 +23,8 @@ class Trial(NamedTuple):
     ``value``: the least that a requirement has to spare, divided by its constant, negative where one is
     broken; infinite for a variation that is no scenario, ``error`` then says why.  ``worst``: the
     requirement of that value, as ``results.evaluated`` has it; ``slope``: by how much the mean of its
-    smallest margins is above, scaled like ``value``; ``spares``: such a value of each by name.
+    smallest margins is above, scaled like ``value``, or that of all claims; ``spares``: such a value of
+    each by name.
     """
 
     value: float
@@ -121,15 +122,23 @@ def _of_claims(scenario, within):
     verdict, _ = judged(*played(scenario))
     if within and any(is_outside(each) for each in verdict["checks"]):
         return Trial(NEUTRAL)
-    checks = [each for each in verdict["checks"] if each["passed"] is not None]
+    return of_checks([each for each in verdict["checks"] if each["passed"] is not None])
+
+
+def of_checks(checks):
+    """Return the ``Trial`` of the ``checks`` of a run that were judged.
+
+    A claim may be near its bound whatever varies, as one that a start meets exactly: the mean of what all
+    have to spare is the slope towards the others.
+    """
     spares = {each["name"]: share_of(each) for each in checks}
-    worst = Trial(NEUTRAL, spares=spares)
-    for each in checks:
-        value = spares[each["name"]]
-        if value < worst.value:
-            named_worst = {"name": each["name"], "note": each["note"], "decided_at": None}
-            worst = Trial(value, named_worst, spares=spares)
-    return worst
+    if not spares or min(spares.values()) >= NEUTRAL:
+        return Trial(NEUTRAL, spares=spares)
+    worst = min(checks, key=lambda each: spares[each["name"]])
+    value = spares[worst["name"]]
+    said = {"name": worst["name"], "note": worst["note"], "decided_at": None}
+    mean = sum(spares.values()) / len(spares)
+    return Trial(value, said, slope=mean - value, spares=spares)
 
 
 def is_outside(check):

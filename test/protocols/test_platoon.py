@@ -101,6 +101,25 @@ def test_phase_and_amplitude_are_claimed_where_the_ratio_shows_nothing(tmp_path,
     assert check(verdict, wrong)["passed"] is False
 
 
+@pytest.mark.parametrize(
+    "delayed, tau", [("difference", 0.75), ("difference", 0.2), ("state", 0.75)]
+)
+def test_held_commands_lower_the_threshold_of_stability(delayed, tau):
+    """At 10 Hz, by the roots of ``z - 1 + a z^-m``, or of ``z - 1 + a``, a = gain Tc."""
+    steps = int(round(10.0 * tau)) if delayed == "difference" else 0
+    law = Platoon(range(1, 4), period=0.1, parameters={"tau": tau, "delayed": delayed})
+    for share, holds in ((0.999, True), (1.001, False)):
+        a = share * 2.0 * np.sin(np.pi / (4 * steps + 2))
+        polynomial = np.zeros(steps + 2)
+        polynomial[:2], polynomial[-1] = (1.0, -1.0), polynomial[-1] + a
+        if not steps:
+            polynomial = np.array([1.0, a - 1.0])
+        assert (np.abs(np.roots(polynomial)).max() < 1.0) == holds
+        law.set_parameters({"tau": tau, "delayed": delayed, "gain": 10.0 * a})
+        conditions = [c for c in law.claims(np.zeros((3, 2))) if c.name.startswith("gain Tc")]
+        assert [c.holds for c in conditions] == [holds]
+
+
 def test_the_phase_of_a_link_is_that_of_its_transfer_function():
     # omega = kappa = 1, tau = 0.75: 1/G = 1 + j e^(0.75 j) = 1 - sin 0.75 + j cos 0.75.
     held = held_link(1.0, 1.0, 1e-4, 7500)

@@ -255,7 +255,7 @@ class HearsAllAlike(CuckerSmale):
 @pytest.mark.parametrize(
     "law, name",
     [
-        (HearsAllAlike, "decay of velocities over the fastest of such distances [-]"),
+        (HearsAllAlike, "decay of velocities over its bound [-]"),
         (DrivesApart, "growth of the velocity spread [-]"),
         (HearsTooLittle, "velocity spread over its bound [-]"),
         (HearsOneWay, "drift of the mean velocity [m/s]"),
@@ -275,7 +275,7 @@ class HearsALittleMore(CuckerSmale):
 def test_two_robots_agree_as_fast_as_their_distance_allows(tmp_path, law, share):
     changes = {"robots": 2, "poses": [[0.0, 0.0, 0.0], [3.0, 1.0, 0.0]], "record_rate": 50}
     verdict = verdict_of(shipped("cucker_smale", duration=6.0, **changes), tmp_path, law)
-    found = check(verdict, "decay of velocities over the fastest")
+    found = check(verdict, "decay of velocities over its bound")
     # Within a period they come a little nearer.
     assert 0.99 * share < found["measured"] < 1.001 * share
     assert found["passed"] == (share == 1.0)

@@ -28,7 +28,7 @@ RADIUS = Parameter(
 ENERGY = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-]
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
 RESOLVED = 1e-6  # [-] of the start, above which a decay from command to command shows
-FASTEST = "decay of velocities over the fastest of such distances [-]"
+FASTEST = "decay of velocities over its bound [-]"
 STATISTICS = 0.05  # [-] by which a mean over ``FEWEST`` commands may differ
 FEWEST = 100
 

@@ -90,15 +90,16 @@ class Platoon(Remembering):
 
     def claims(self, start):
         """Return by how much each robot passes on the leader's sway, above or below 1, and how late."""
-        tau = self.delay_steps * self.period
         conditions = [
             Condition("two robots", len(start) > 1, "none follows"),
             attracting(self.gain),
         ]
-        if self.delayed == "difference":
-            conditions.append(
-                below("gain tau < pi/2", self.gain * tau, 0.5 * np.pi, necessary=True)
-            )
+        late = self.delay_steps if self.delayed == "difference" else 0
+        most = 2.0 * np.sin(
+            0.5 * np.pi / (2 * late + 1)
+        )  # Levin and May, 1976: gain tau < pi/2 as Tc -> 0
+        name = "gain Tc < 2 sin(pi/(4 tau/Tc + 2))" if late else "gain Tc < 2"
+        conditions.append(below(name, self.gain * self.period, most, necessary=True))
         if not all(condition.holds for condition in conditions) or self.amplitude == 0.0:
             return conditions
         links = len(start) - 1

@@ -311,6 +311,9 @@ def test_an_edge_ends_with_its_head_at_the_body_of_its_receiver():
     assert not found[False] and np.ptp(points[:, 0]) > 3.0
     assert tip[0] < points[1:, 0].min()  # it points from robot 2 to robot 1
     assert abs((tip[0] - 0.5 * WIDTH) / scale - (reach - 1.0)) < 0.1
+    (line,) = [each.segments[0] for each in layers(picture, Lines) if (each.colours == head).all()]
+    ends = (line[:, 0] - 0.5 * WIDTH) / scale
+    assert np.allclose(ends, (1.0 - reach, reach - 1.0), atol=0.1)  # neither body is crossed
 
 
 def test_a_trail_begins_with_a_dot():

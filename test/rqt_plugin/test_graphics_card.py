@@ -11,12 +11,13 @@ from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.pictures.instances import NOSE, instances, triangles
 from mrs_simulator.pictures.scene import Scene
-from mrs_simulator.pictures.solids import kind_model
+from mrs_simulator.pictures.solids import kind_model, model_of
 from mrs_simulator.rqt_plugin.map.team import resting
 from mrs_simulator.rqt_plugin.view import canvas as canvases
 from mrs_simulator.rqt_plugin.view.canvas import Canvas
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
+from mrs_simulator.vehicles.shape import Part
 
 APP = QApplication.instance() or QApplication([])
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
@@ -37,6 +38,23 @@ def test_triangles_cover_each_face_and_face_outwards():
     turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.einsum("td,td->t", turned, normals) > 0.0).all()
     assert (triangles(model, with_nose=True)[len(rows) :, 9] == NOSE).all()
+
+
+def test_what_is_round_is_lit_as_such_and_what_is_flat_stays_flat():
+    parts = (
+        Part("cylinder", (0.5, 1.0)),
+        Part("box", (1.0, 1.0, 1.0), (3.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
+    )
+    model = model_of(parts)
+    rows = triangles(model, with_nose=False)
+    around, box = rows[rows[:, 0] < 1.0], rows[rows[:, 0] > 1.0]
+    is_side = np.abs(around[:, 5]) < 0.5
+    sides, caps = around[is_side], around[~is_side]
+    assert np.allclose(sides[:, 3:5], sides[:, :2] / 0.5, atol=1e-6)
+    assert np.allclose(np.abs(caps[:, 5]), 1.0)
+    tile = triangles(model._replace(crisp=np.zeros(len(model.crisp), dtype=bool)), with_nose=False)
+    for flat in (box, tile[tile[:, 0] > 1.0]):  # a tile has no edges of its own, and is no ball
+        assert np.allclose(np.abs(flat[:, 3:6]).max(axis=1), 1.0)
 
 
 def test_robots_of_known_pose_and_obstacles_are_placed():

@@ -14,6 +14,8 @@ from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 from mrs_simulator.vehicles.shape import FORMS, Part
 
 NOSE = -1.0  # as a share of the robot's own colour: the arrow, dark or light, whichever is seen
+# [-] cosine of the bend at a corner up to which a body is round; length of a sum of normals
+ROUND, LEAST_SUM = 0.85, 1e-9
 ABOVE = 0.002  # [m] of the arrow over the part that it lies on
 
 
@@ -134,10 +136,11 @@ def triangles(model, with_nose):
 
     ``with_nose``: the arrow on top too.
     """
-    rows, begin = [], 0
+    rows, begin, normals = [], 0, _corner_normals(model)
     for face, count in enumerate(model.counts.tolist()):
-        corners = model.vertices[model.corners[begin : begin + count]]
-        rest = (*model.normals[face], *model.colours[face], model.own[face])
+        of_face = slice(begin, begin + count)
+        corners = np.column_stack([model.vertices[model.corners[of_face]], normals[of_face]])
+        rest = (*model.colours[face], model.own[face])
         for second in range(1, count - 1):
             fan = corners[[0, second, second + 1]]
             rows += [(*corner, *rest) for corner in fan.tolist()]
@@ -146,3 +149,15 @@ def triangles(model, with_nose):
         raised = model.nose + (0.0, 0.0, ABOVE)
         rows += [(*corner, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, NOSE) for corner in raised.tolist()]
     return np.array(rows, dtype=np.float32)
+
+
+def _corner_normals(model):
+    """Return the normal (c, 3) at each corner of the faces: on what is round that of the round body."""
+    faces = np.repeat(np.arange(len(model.counts)), model.counts)
+    flat, is_round = model.normals[faces], ~model.crisp[faces]
+    summed = np.zeros_like(model.vertices)
+    np.add.at(summed, model.corners[is_round], flat[is_round])
+    normals = summed[model.corners]
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), LEAST_SUM)
+    bends = np.einsum("cd,cd->c", normals, flat)
+    return np.where((is_round & (bends > ROUND))[:, np.newaxis], normals, flat)

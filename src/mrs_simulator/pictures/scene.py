@@ -27,6 +27,7 @@ TRAIL, PLUMB = 1.6, 1.2  # [px] widths of lines
 BEAM, HIT = 1.0, 1.6  # [px] width of a sensor's ray, radius of where it met something
 SPACING = 3.0  # [px] between points of a trail
 RING, RING_RADIUS, RING_CORNERS = 3.0, 1.35, 48  # [px] wide; [-] of a robot's reach; corners
+MOST_HIDDEN = 0.4  # [-] of an edge at each end, that the body there hides
 FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
 
 
@@ -308,7 +309,7 @@ def _ring(view, scene):
 
 
 def _edges(view, scene, team):
-    """Yield the edges of the graph, from the middle of the sender to the body of the receiver."""
+    """Yield the edges of the graph, from the body of the sender to that of the receiver."""
     table = np.array(list(scene.edges), dtype=float).reshape(-1, 3)
     receiver, sender = table[:, :2].astype(int).T
     height = 0.5 * np.array([kind.body.height for kind in scene.kinds])
@@ -317,10 +318,12 @@ def _edges(view, scene, team):
     known = np.isfinite(segments).all(axis=(1, 2))
     seen, left = clipped_segments(view.seen(segments[known]))
     begin, end = np.moveaxis(view.screen(seen), 1, 0)
-    weight, reach = table[known, 2][left], team.size[receiver[known]][left]
+    weight = table[known, 2][left]
     apart = end - begin
     length = np.maximum(np.hypot(*apart.T), 1e-9)
-    end = end - apart * np.minimum(reach / length, 1.0)[:, np.newaxis]
+    bodies = [team.size[ends[known]][left] / length for ends in (sender, receiver)]
+    first, last = (apart * np.minimum(each, MOST_HIDDEN)[:, np.newaxis] for each in bodies)
+    begin, end = begin + first, end - last
     colour = (*view.palette.lines, 0.75)
     yield from signs.edges(begin, end, weight, colour, scene.directed)
 

@@ -18,7 +18,7 @@ from mrs_simulator.vehicles.shape import Part, outline_parts
 
 SIDES = 16  # [-] of a cylinder
 RINGS = 6  # [-] of a sphere from pole to pole
-TINTED, TINT = 0.4, 0.6  # [-] of the widest part seen from above: such parts are tinted so much
+TINTED, TINT = 0.4, 0.8  # [-] of the widest part seen from above: such parts are tinted so much
 NOSE = 0.45  # [-] of the lesser side of what it is on
 # Parts whose pictures a line across one of these separates do not overlap, (2, 8).
 DIRECTIONS = np.array(

@@ -30,7 +30,7 @@ void main() {
     float diffuse = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.z;
     float gleam = 0.18 * pow(max(dot(n, middle), 0.0), 24.0);
     vec3 base = 0.06 + 0.94 * hue;
-    colour = vec4(base * (0.28 + 0.20 * sky + 0.58 * diffuse) + gleam, opacity);
+    colour = vec4(base * (0.40 + 0.18 * sky + 0.52 * diffuse) + gleam, opacity);
 }"""
 # One large triangle: the ground where a ray from the eye meets it, else the sky.
 RAY = """#version 330 core

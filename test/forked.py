@@ -33,7 +33,7 @@ LOADED = (
 )
 READ_WHEN_LOADED = ("LD_", "MKL_", "MPL", "MRS_", "OMP_", "OPENBLAS_", "PYTHON")
 READY = b"!"
-NAP = 0.005  # [s]
+NAP, LONGEST_NAP = 0.005, 0.05  # [s] each next one is longer by half
 LIMIT = 60.0  # [s]
 
 
@@ -53,10 +53,12 @@ class Forked:
     def wait(self, timeout=None):
         """Return its exit code; ``TimeoutExpired`` after ``timeout`` [s]."""
         end = None if timeout is None else time.monotonic() + timeout
+        nap = NAP
         while self.poll() is None:
             if end is not None and time.monotonic() > end:
                 raise subprocess.TimeoutExpired(self.args, timeout)
-            time.sleep(NAP)
+            time.sleep(nap)
+            nap = min(1.5 * nap, LONGEST_NAP)
         return self.returncode
 
     def send_signal(self, number):

@@ -85,7 +85,7 @@ def test_a_wrong_limit_is_false_of_the_law_beside_a_drift_too(short_runs):
     assert radius_of(PursuitWrong, 6.0, 20.0)["note"].startswith("false of the law itself: ")
 
 
-@pytest.mark.parametrize("duration", [10.0, 40.0])
+@pytest.mark.parametrize("duration", [10.0, pytest.param(40.0, marks=pytest.mark.release)])
 def test_a_false_theorem_of_twists_is_false_of_the_law_itself(duration):
     found = check(verdict_of(Wrong, duration), "gap [m]")
     assert found["passed"] is False

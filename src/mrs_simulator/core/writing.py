@@ -65,22 +65,23 @@ def is_of_output(error):
 
 
 class Limited(io.TextIOBase):
-    """A stream that passes the first characters on to ``stream()``, and then says that there is more.
+    """A stream that passes the first characters on to standard output, and then says that there is more.
 
     ``left``: whose ``value`` is how many; processes may share it.
     """
 
-    def __init__(self, left, stream=lambda: sys.__stdout__):
-        self._left, self._stream = left, stream
+    def __init__(self, left):
+        self._left = left
 
     def write(self, text):
         with getattr(self._left, "get_lock", contextlib.nullcontext)():
             left = self._left.value
             self._left.value = max(0, left - len(text))
         if left > 0:
-            stream = self._stream()
-            stream.write(text if len(text) < left else text[:left] + "\n[more is not shown]\n")
-            stream.flush()  # as the process may be killed any time
+            shown = text if len(text) < left else text[:left] + "\n[more is not shown]\n"
+            print(
+                shown, end="", file=sys.__stdout__, flush=True
+            )  # as the process may be killed any time
         return len(text)
 
 

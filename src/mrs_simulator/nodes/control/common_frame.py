@@ -62,12 +62,12 @@ class CommonFrame:
         self._real = real_among(scenario.n) if rows is None else list(range(len(rows)))
         self._bounds = self._jump_bounds(scenario)
         bounds = self._bounds if self.WATCHES_ODOMETRY else None
-        make = make_inbox if rows is None else OdometryInbox
-        frames = self.WATCHES_ODOMETRY
-        more = {"frames": frames}
-        if make is make_inbox:
-            more["together"] = team_of(scenario).has_arms
-        self.inbox = make(self.numbers, bounds, self._real, self.odom_timeout, **more)
+        known = self.numbers, bounds, self._real, self.odom_timeout
+        more = {"frames": self.WATCHES_ODOMETRY}
+        if rows is None:
+            self.inbox = make_inbox(*known, **more, together=team_of(scenario).has_arms)
+        else:
+            self.inbox = OdometryInbox(*known, **more)
 
     def begin_at(self, poses):
         """Take in other initial poses of the whole team, (n, 3)."""

@@ -18,10 +18,10 @@ FAILURES = (OSError, http.client.HTTPException, xmlrpc.client.Error)
 class Rivals:
     """Other living nodes that publish ``topics``; it asks the master in a thread of its own."""
 
-    def __init__(self, topics, period=LOOK_PERIOD):
+    def __init__(self, topics):
         """``topics``: their names, remapped as this node's; the first look is done on return."""
         self.topics = [rospy.resolve_name(topic) for topic in topics]
-        self._found, self._period = {}, period
+        self._found = {}
         self._looks = 0  # that the master answered
         self._changed, self._asked = threading.Condition(), threading.Event()
         self._look()
@@ -40,7 +40,7 @@ class Rivals:
 
     def _watch(self):
         while not rospy.is_shutdown():
-            self._asked.wait(self._period)
+            self._asked.wait(LOOK_PERIOD)
             self._asked.clear()
             self._look()
 

@@ -9,9 +9,8 @@ WINDOW = 1.0  # [s] of wall time within which two nodes count as publishing at t
 class Senders:
     """Finds topics on which more than one node publishes."""
 
-    def __init__(self, clock=time.monotonic):
-        """``clock`` gives wall time in s."""
-        self._clock, self._lock = clock, threading.Lock()
+    def __init__(self):
+        self._lock = threading.Lock()
         self._received = {}  # {topic: {node: when last}}
 
     def note(self, topic, message):
@@ -20,12 +19,12 @@ class Senders:
         if header:
             with self._lock:
                 nodes_seen = self._received.setdefault(topic, {})
-                nodes_seen[header.get("callerid", "a node without a name")] = self._clock()
+                nodes_seen[header.get("callerid", "a node without a name")] = time.monotonic()
 
     def doubled(self):
         """Return ``{topic: [nodes]}`` of the topics on which several nodes publish now, sorted."""
         with self._lock:
-            since = self._clock() - WINDOW
+            since = time.monotonic() - WINDOW
             found = {}
             for topic, nodes_seen in self._received.items():
                 if len(nodes_seen) > 1:

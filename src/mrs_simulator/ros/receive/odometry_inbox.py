@@ -33,7 +33,7 @@ CLOCK_PATIENCE = 0.5  # [s] of wall time for /clock to come to a message that ha
 NAP = 0.002  # [s] of wall time
 
 
-def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True, together=False):
+def make_inbox(numbers, bounds, real, timeout, frames, together):
     """Return the inbox of the robots' odometry: from one topic for all, or from one for each.
 
     ``frames``: whether it matters in which frame a robot's own topic has its pose; ``together`` as in

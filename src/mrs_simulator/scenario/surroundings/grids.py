@@ -79,13 +79,13 @@ def _served_grid(scenario):
     return Grid(np.ascontiguousarray(cells[::-1]), side, (*place, yaw + source.pose[2]))
 
 
-def empty_grid(points, side=CELL, margin=MARGIN, value=FLOOR):
-    """Return a ``Grid`` of ``value`` that holds ``points`` (m, 2) [m] with a ``margin`` [m] around them."""
-    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
-    side = max(side, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
+def empty_grid(points):
+    """Return a ``Grid`` of floor that holds ``points`` (m, 2) [m] with ``MARGIN`` around them."""
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    side = max(CELL, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
     low = side * np.floor(low / side)
     columns, rows = (int(math.ceil(each)) for each in (high - low) / side)
-    return Grid(np.full((rows, columns), value, dtype=np.int8), side, (*low.tolist(), 0.0))
+    return Grid(np.full((rows, columns), FLOOR, dtype=np.int8), side, (*low.tolist(), 0.0))
 
 
 def _draw(grid, obstacle):

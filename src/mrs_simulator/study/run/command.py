@@ -152,14 +152,11 @@ def _tell_added(scenario, robots):
     """Say on stderr what robots that the scenario does not have begin with, and that they lack edges."""
     if robots <= scenario.n:
         return
-    if robots > scenario.n:
-        lonely = ", without edges of the topology" if scenario.topology else ""
-        first, several = scenario.n + 1, robots > scenario.n + 1
-        added = (
-            "robots {} to {} are".format(first, robots) if several else "robot{} is".format(first)
-        )
-        text = "experiment: {} not in the scenario: put where there is room{}"
-        print(text.format(added, lonely), file=sys.stderr)
+    lonely = ", without edges of the topology" if scenario.topology else ""
+    first = scenario.n + 1
+    added = "robots {} to {} are" if robots > first else "robot{} is"
+    text = "experiment: {} not in the scenario: put where there is room{}"
+    print(text.format(added.format(first, robots), lonely), file=sys.stderr)
 
 
 def _given(arguments, names):

@@ -25,10 +25,9 @@ def failed(reason):
     return {"outcome": "failed", "passed": False, "reason": "", "ended": reason, "checks": []}
 
 
-def on_cores(run, tasks, jobs, printed=None):
+def on_cores(run, tasks, jobs):
     """``run(*task)`` for each of ``tasks``, as ``Cores.run``, in processes that end with the last."""
-    cores = Cores(jobs, printed)
-    with contextlib.closing(cores):
+    with contextlib.closing(Cores(jobs)) as cores:
         yield from cores.run(run, tasks)
 
 
@@ -53,8 +52,7 @@ class Cores:
         while waiting:
             # A process that dies takes the whole pool with it: who did it shows when each runs alone.
             for row in (yield from self._run_many(run, tasks, waiting, self._jobs)):
-                alone = Cores(1, self._printed)
-                with contextlib.closing(alone):
+                with contextlib.closing(Cores(1, self._printed)) as alone:
                     if (yield from alone._run_many(run, tasks, deque([row]), 1)):
                         yield row, failed("its process died")
 

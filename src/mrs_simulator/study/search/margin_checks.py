@@ -50,16 +50,16 @@ def _read(path):
         raise MarginsError("{}: {}".format(path, error)) from None
 
 
-def margin_checks(report, measured, spare=SPARE):
+def margin_checks(report, measured):
     """Return a ``Check`` of each axis of the margins' ``report`` that is ``measured``: values by key.
 
-    What breaks first must be ``spare`` times as far from the nominal value as the farthest measured one.
+    What breaks first must be ``SPARE`` times as far from the nominal value as the farthest measured one.
     """
     checks = []
     for row in report["axes"]:
         axis = Axis(row["key"], row["nominal"], row["end"], row["unit"])
         for value in _farthest(axis, measured.get(axis.key, ())):
-            checks.append(_check(axis, value, row["breaks"], spare))
+            checks.append(_check(axis, value, row["breaks"]))
     return checks
 
 
@@ -68,7 +68,7 @@ def _farthest(axis, values):
     return sorted((v for v in values if axis.share(v) > 0.0), key=axis.share)[-1:]
 
 
-def _check(axis, value, breaks, spare):
+def _check(axis, value, breaks):
     unit = " " + axis.unit if axis.unit else ""
     subject = "margin of {}".format(axis.key)
     first = [(axis.share(pair[1]), name, pair[1]) for name, pair in breaks.items() if pair]
@@ -78,5 +78,5 @@ def _check(axis, value, breaks, spare):
         return Check(subject, passed, text)
     share, name, at = min(first)
     text = "{:.3g}{} measured, {} breaks at {:.3g}{}".format(value, unit, name, at, unit)
-    passed = share >= spare * axis.share(value)
-    return Check(subject, passed, text if passed else text + ", wanted {:g} times".format(spare))
+    passed = share >= SPARE * axis.share(value)
+    return Check(subject, passed, text if passed else text + ", wanted {:g} times".format(SPARE))

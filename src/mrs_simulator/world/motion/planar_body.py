@@ -46,8 +46,8 @@ def about(rows, ahead):
     return result
 
 
-def stiffness(footing, mass, inertia, response=RESPONSE):
-    """Return the force per sliding speed, (n,) [N s/m], with which sliding dies out in ``response`` [s].
+def stiffness(footing, mass, inertia):
+    """Return the force per sliding speed, (n,) [N s/m], with which sliding dies out in ``RESPONSE``.
 
     All wheels of a body have the same; the fastest motion they can brake decides: the greatest
     eigenvalue of ``M^-1/2 J' J M^-1/2``, J all rows of the footing.
@@ -56,7 +56,7 @@ def stiffness(footing, mass, inertia, response=RESPONSE):
     scale = np.stack(np.broadcast_arrays(mass, mass, inertia), axis=-1) ** -0.5
     rows = rows * np.reshape(scale, (-1, 1, 3))
     fastest = np.linalg.eigvalsh(np.einsum("nwi,nwj->nij", rows, rows))[:, -1]
-    return 1.0 / (response * fastest)
+    return 1.0 / (RESPONSE * fastest)
 
 
 def wheel_forces(twist, rims, footing, gain):

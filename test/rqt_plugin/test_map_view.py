@@ -11,15 +11,7 @@ import rospy
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
-from PyQt5.QtGui import (
-    QColor,
-    QHelpEvent,
-    QMouseEvent,
-    QPainter,
-    QPalette,
-    QPixmap,
-    QWheelEvent,
-)
+from PyQt5.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPalette, QPixmap, QWheelEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication, QToolTip
 from snapshots import snapshot_of

@@ -95,10 +95,7 @@ def shade(study, x, y):
             RangeReading(0.0, np.array([2.0, np.inf, 0.5, NONE]), np.eye(4, 3, 2), 5.0),
             "nearest 0.50 m at 0.0\u00b0, 2 of 4 within 5 m, 1 lost",
         ),
-        (
-            RangeReading(0.0, np.array([np.inf]), np.zeros((1, 3)), 5.0),
-            "0 of 1 within 5 m",
-        ),
+        (RangeReading(0.0, np.array([np.inf]), np.zeros((1, 3)), 5.0), "0 of 1 within 5 m"),
         (
             RangeBearingReading(0.0, np.array([3]), np.array([1.25]), np.array([-np.pi / 2])),
             "robot 3: 1.25 m at \u221290.0\u00b0",

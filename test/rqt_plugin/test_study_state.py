@@ -104,10 +104,7 @@ def test_no_time_where_there_is_none():
         (dict(), "no robots: start the simulation, or the robots' drivers"),
         (dict(snapshot=snapshot(stale=[2])), "no recent data of robot2"),
         (dict(snapshot=snapshot(), control=RUNNING), "a controller runs"),
-        (
-            dict(snapshot=snapshot(), emergency=True),
-            "release the emergency stop first",
-        ),
+        (dict(snapshot=snapshot(), emergency=True), "release the emergency stop first"),
         (dict(snapshot=snapshot(), checking=True), "a check is under way"),
         (dict(snapshot=snapshot(), ending=["control"]), "the last controller is ending"),
         (dict(snapshot=snapshot(), stage=STAGE), ""),

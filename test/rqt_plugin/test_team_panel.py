@@ -12,13 +12,7 @@ from gui_fixtures import shown
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QContextMenuEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import (
-    QAbstractItemView,
-    QApplication,
-    QComboBox,
-    QPushButton,
-    QStyle,
-)
+from PyQt5.QtWidgets import QAbstractItemView, QApplication, QComboBox, QPushButton, QStyle
 
 from mrs_simulator.rqt_plugin.team import panel as team_panel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel

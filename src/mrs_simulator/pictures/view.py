@@ -12,12 +12,10 @@ class View:
     """Projects points of the common frame into the primitives of a ``Drawing``."""
 
     def __init__(self, camera, width, height, palette):
-        self.camera, self.width, self.height, self.palette = (
-            camera,
-            int(width),
-            int(height),
-            palette,
-        )
+        self.camera = camera
+        self.width = int(width)
+        self.height = int(height)
+        self.palette = palette
         self._axes, self.eye = camera.axes, camera.eye
         self.scale = scale(self.height)  # [px] of 1 m at a depth of 1 m
         ahead = np.array([-self._axes[0, 1], self._axes[0, 0], 0.0])

@@ -77,13 +77,7 @@ QUANTITIES = (
         lambda h: h.twist[:, :, 1],
     ),
     Quantity("z", "$z$", "m", "Height above the ground [m]", lambda h: h.heights),
-    Quantity(
-        "climb",
-        r"climb $v_z$",
-        "m/s",
-        "Velocity along the body's upward axis [m/s]",
-        _climb,
-    ),
+    Quantity("climb", r"climb $v_z$", "m/s", "Velocity along the body's upward axis [m/s]", _climb),
 )
 ERROR, LATERAL, HEIGHT, CLIMB = 5, 6, 7, 8
 ORDER = (0, 1, HEIGHT, 2, 3, LATERAL, CLIMB, 4, ERROR)  # of the tabs

@@ -92,9 +92,8 @@ class Engine:
         self._directory, self._record = directory, None  # the ``RunRecord`` of the experiment
         self._link, self._pacer, self._paused = link, Pacer(speed), False
         self._home = scenario  # with the robots where a reset puts them
-        self._staged = (
-            scenario  # of the world as it begins, after a controller where that left them
-        )
+        # of the world as it begins, after a controller where that left them
+        self._staged = scenario
         self._world, self._experiment = World.from_scenario(scenario), None
         self._ran = None  # the scenario of the controller, as its settings are now
         self._running, self._trouble, self._emergency = False, "", False

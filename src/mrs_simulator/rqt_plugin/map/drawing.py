@@ -9,13 +9,7 @@ import numpy as np
 from mrs_simulator.pictures.plan import bodies, obstacle_bodies
 from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.pictures.signs import SOME_ROBOTS
-from mrs_simulator.rqt_plugin.map.geometry import (
-    ARROW,
-    apart,
-    are_arrows,
-    clearance,
-    outlines,
-)
+from mrs_simulator.rqt_plugin.map.geometry import ARROW, apart, are_arrows, clearance, outlines
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.style import faded, mixed, polygon

@@ -70,10 +70,8 @@ def draw_names(painter, style, frame, named, place):
     metrics = painter.fontMetrics()
     most = int(0.5 * area.width())
     names = [metrics.elidedText(name, Qt.ElideRight, most) for name, _ in named]
-    wide, high = (
-        3.4 * line + max(map(metrics.horizontalAdvance, names)),
-        (1.2 * len(names) + 0.3) * line,
-    )
+    wide = 3.4 * line + max(map(metrics.horizontalAdvance, names))
+    high = (1.2 * len(names) + 0.3) * line
     lefts = area.left() + 0.4 * line, area.right() - 0.4 * line - wide
     boxes = [QRectF(left, area.top() + 0.4 * line, wide, high) for left in lefts]
     screen = frame.to_screen(place[np.isfinite(place).all(axis=1)]).tolist()

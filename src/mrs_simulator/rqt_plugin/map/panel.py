@@ -33,11 +33,7 @@ MODES = (
         "Poses",
         "Drag a robot to its initial pose; with Shift, turn it. Its menu aligns and distributes",
     ),
-    (
-        "edges",
-        "Edges",
-        "Drag from robot i to robot j: {}. Click an edge to delete it",
-    ),
+    ("edges", "Edges", "Drag from robot i to robot j: {}. Click an edge to delete it"),
     (
         "ahead",
         "What if",

@@ -112,10 +112,8 @@ class MapScene(QWidget):
             row = rows.get(number)
             if row is None or not team.known[row]:
                 continue
-            shade, received = (
-                style.shade(number).getRgbF()[:3],
-                self.readings.get((number, name)),
-            )
+            shade = style.shade(number).getRgbF()[:3]
+            received = self.readings.get((number, name))
             if mount.type == "camera":
                 yield of_camera(team.pose[row], heights[row], mount, shade)
             elif received is not None:

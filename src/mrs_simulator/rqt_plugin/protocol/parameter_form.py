@@ -188,10 +188,9 @@ def interval(parameter):
 
 def tooltip(parameter):
     """Return meaning, unit, range, reason and default of ``parameter`` as rich text that wraps."""
+    text = "{} [{}]"
     title = (
-        "{} [{}]".format(parameter.name, symbolic(parameter.unit))
-        if parameter.unit
-        else parameter.name
+        text.format(parameter.name, symbolic(parameter.unit)) if parameter.unit else parameter.name
     )
     lines = [title + (": " + parameter.meaning if parameter.meaning else "")]
     lines.append("wanted: " + parameter._replace(why="").wanted())

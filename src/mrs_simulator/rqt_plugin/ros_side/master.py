@@ -83,7 +83,7 @@ class MasterWatch:
                 self._inbox.keep_state,
                 queue_size=None,  # a lost one may be the first with a command, where a run begins
                 tcp_nodelay=True,
-            ),
+            )
         }
         for (
             name,

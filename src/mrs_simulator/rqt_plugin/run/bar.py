@@ -125,11 +125,8 @@ class RunBar(QWidget):
         self._stop_all = QPushButton("EMERGENCY STOP")
         self._stop_all.setCheckable(True)
         self._stop_all.setStyleSheet(RED)
-        self._stop_all.setToolTip(
-            "All robots stop and stay so until released ({}, from every window)".format(
-                EMERGENCY_KEY
-            )
-        )
+        text = "All robots stop and stay so until released ({}, from every window)"
+        self._stop_all.setToolTip(text.format(EMERGENCY_KEY))
         self._stop_all.toggled.connect(self._on_emergency)
         return self._stop_all
 

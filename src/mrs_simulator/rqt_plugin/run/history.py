@@ -27,9 +27,8 @@ class History:
         self.cleared = 0  # [-] times that :meth:`clear` was called
         self._filled, self._estimate_log = 0, EstimateLog()
         self.applied = ControllerRecord()  # by the controllers of this run
-        self.recorded = (
-            None  # the directory to which a program records the run, None where none does
-        )
+        # the directory to which a program records the run, None where none does
+        self.recorded = None
         self.clear()
 
     def begin_run(self, recorded):

@@ -238,11 +238,8 @@ class StudyState:
         other = [t for n, t in sorted(topics.items()) if t != USUAL_TOPIC.format(n)]
         if not snapshot.numbers_with(REAL) or not other:
             return ""
-        return (
-            "odometry on {}: start the controller with the launch file that sets this topic".format(
-                other[0]
-            )
-        )
+        text = "odometry on {}: start the controller with the launch file that sets this topic"
+        return text.format(other[0])
 
     def team_locked(self):
         """Return why the team cannot be changed now, or ""."""

@@ -41,10 +41,8 @@ class RunDetails(QWidget):
         self.pin.setCheckable(True)
         self.pin.setStyleSheet(CHECKED)
         self.pin.clicked.connect(guarded(lambda on: self.marked.emit({"pinned": bool(on)})))
-        self.scenario, self.delete = (
-            _button("Edit its scenario", SCENARIO_TIP),
-            _button("Delete", DELETE_TIP),
-        )
+        self.scenario = _button("Edit its scenario", SCENARIO_TIP)
+        self.delete = _button("Delete", DELETE_TIP)
         self.scenario.clicked.connect(guarded(lambda *_: self.scenario_asked.emit()))
         self.delete.clicked.connect(guarded(lambda *_: self.delete_asked.emit()))
         row = QHBoxLayout()

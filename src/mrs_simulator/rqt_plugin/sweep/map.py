@@ -221,10 +221,7 @@ class SweepMap(QWidget):
     def _paint_lines(self, painter, style):
         painter.save()
         painter.setClipRect(self.area())
-        for colour, width, dashes in (
-            (style.base, 4.0, None),
-            (style.text, 1.8, DASHES),
-        ):
+        for colour, width, dashes in ((style.base, 4.0, None), (style.text, 1.8, DASHES)):
             pen = QPen(colour, width * style.unit)
             pen.setCapStyle(Qt.FlatCap)
             if dashes:

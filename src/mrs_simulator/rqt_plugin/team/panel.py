@@ -25,9 +25,8 @@ from mrs_simulator.scenario.team.layouts import extend_poses
 from mrs_simulator.world.contact.bodies import Bodies
 
 MOST_ROBOTS = 1000
-MOST_TYPED = (
-    999999  # [-] so that a number beyond the limit is refused, and not cut off as it is typed
-)
+# [-] so that a number beyond the limit is refused, and not cut off as it is typed
+MOST_TYPED = 999999
 NUMBER_TIP = (
     "<p>Number of robots, 1 to {}. New ones are placed where there is room; the last are removed first.</p>"
 ).format(MOST_ROBOTS)
@@ -138,11 +137,8 @@ class TeamPanel(QWidget):
         """
         poses, kinds = np.array(poses, dtype=float).reshape(-1, 3), tuple(kinds)
         if len(poses) != len(kinds):
-            raise ValueError(
-                "{} poses and {} kinds, wanted as many kinds as poses".format(
-                    len(poses), len(kinds)
-                )
-            )
+            text = "{} poses and {} kinds, wanted as many kinds as poses"
+            raise ValueError(text.format(len(poses), len(kinds)))
         found = {name: self._find(name) for name in dict.fromkeys(kinds)}
         self._bodies = Bodies([found[name] for name in kinds]) if kinds else None
         flies = np.array([found[name].module.MEDIUM == "air" for name in kinds], dtype=bool)
@@ -339,11 +335,8 @@ class TeamPanel(QWidget):
                 "{} rows pasted, wanted at most {}".format(len(pasted), max(n, MOST_ROBOTS) - row)
             )
         if end > n and row:
-            raise ValueError(
-                "{} rows pasted at robot{} of {}; to get more robots paste at robot1".format(
-                    len(pasted), row + 1, n
-                )
-            )
+            text = "{} rows pasted at robot{} of {}; to get more robots paste at robot1"
+            raise ValueError(text.format(len(pasted), row + 1, n))
         poses = np.vstack([self.poses(), np.zeros((max(0, end - n), 3))])
         for place, values in enumerate(pasted, row):
             poses[place, : len(values)] = values[:2] + [math.radians(v) for v in values[2:]]

@@ -21,12 +21,7 @@ from mrs_simulator.rqt_plugin.qt.QtGui import (
     QOpenGLFramebufferObjectFormat,
     QSurfaceFormat,
 )
-from mrs_simulator.rqt_plugin.view.shaders import (
-    BODY,
-    LIT,
-    RAY,
-    SURROUNDINGS,
-)
+from mrs_simulator.rqt_plugin.view.shaders import BODY, LIT, RAY, SURROUNDINGS
 from mrs_simulator.rqt_plugin.widgets.guard import LOG
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
 

@@ -97,10 +97,8 @@ class Comparison:
     def _compare(self):
         panels, shown = self._panels, self._shown
         entries = {entry.path: entry.name for entry in panels.shelf.list.runs.entries}
-        base, title = (
-            self._opened.path or self._results.of_run(),
-            getattr(shown.scenario, "title", ""),
-        )
+        base = self._opened.path or self._results.of_run()
+        title = getattr(shown.scenario, "title", "")
         own = entries.get(base) or title or OWN
         compared = [ComparedRun(own, _keys(shown.scenario), shown.verdict)]
         for run in shown.runs:

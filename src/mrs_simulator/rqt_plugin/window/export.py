@@ -14,10 +14,7 @@ OF_WIDGETS, OF_FIGURES = ("png", "pdf"), ("png", "pdf", "svg")
 NOT_SAVED = (
     "no figure to compose: no run of this window is saved yet, by Save... or at the end of Run"
 )
-VIDEO = {
-    "video": ("--video", "--beside-curves"),
-    "film": ("--video", "--beside-curves", "--space"),
-}
+VIDEO = {"video": ("--video", "--beside-curves"), "film": ("--video", "--beside-curves", "--space")}
 
 
 class Export:

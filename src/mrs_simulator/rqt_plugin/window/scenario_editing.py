@@ -54,11 +54,9 @@ class ScenarioEditing:
 
     def show_on_map(self):
         """Show the scenario in force on the map, where another run was shown."""
-        scenario, derived, shown = (
-            self._study.scenario,
-            self._study.edited.derived,
-            self._panels.map,
-        )
+        scenario = self._study.scenario
+        derived = self._study.edited.derived
+        shown = self._panels.map
         shown.show_team(scenario.poses, scenario.altitude)
         self._show_kinds()
         self.obstacles.show()
@@ -89,11 +87,9 @@ class ScenarioEditing:
 
     def _show_derived(self):
         """Show what follows from the scenario in force: warnings, graph and targets."""
-        panels, connection, derived = (
-            self._panels,
-            self._study.connection,
-            self._study.edited.derived,
-        )
+        panels = self._panels
+        connection = self._study.connection
+        derived = self._study.edited.derived
         panels.close_error()  # an edit was applied
         edited = self._study.edited
         connection.set_starts(edited.starts(), edited.team().is_spatial)

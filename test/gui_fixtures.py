@@ -78,6 +78,14 @@ def run_gui(ros, code, path, *arguments, limit=240):
     return output
 
 
+@pytest.fixture(scope="session")
+def app():
+    """Return the application, which a widget must not outlive."""
+    from PyQt5.QtWidgets import QApplication  # not for the tests without widgets
+
+    return QApplication.instance() or QApplication([])
+
+
 @pytest.fixture
 def gui(ros, tmp_path):
     """Run a piece of Python in a GUI's process; return what it printed."""

@@ -41,11 +41,6 @@ POSES = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, np.pi / 2], [4.0, 3.0, np.pi]])
 NONE = Qt.NoModifier
 
 
-@pytest.fixture(scope="module")
-def app():
-    return QApplication.instance() or QApplication([])
-
-
 @pytest.fixture
 def view(app, caplog):
     """A shown map of three robots; a test in which a slot or event failed fails."""

@@ -12,7 +12,6 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from gui_fixtures import shown as active
 from PyQt5.QtCore import Qt, QTimer
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
@@ -23,11 +22,6 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
 POSES = [[0, 0, 0], [3, 0, 0]]
-
-
-@pytest.fixture(scope="module")
-def app():
-    return QApplication.instance() or QApplication([])
 
 
 @pytest.fixture

@@ -23,11 +23,6 @@ POSES = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
 SHIFT, NONE = Qt.ShiftModifier, Qt.NoModifier
 
 
-@pytest.fixture(scope="module")
-def app():
-    return QApplication.instance() or QApplication([])
-
-
 @pytest.fixture
 def study(app, no_hidden_errors):
     """The GUI with nothing behind it, in the mode for obstacles, a pixel being 4 cm."""

@@ -9,7 +9,6 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study
-from PyQt5.QtWidgets import QApplication
 from ros_fixtures import wait_until
 
 from mrs_simulator.ros.node.diagnostics import ERROR, OK, Health, array
@@ -23,11 +22,6 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 
 ENDS = "import sys; print('so far'); sys.exit(int(sys.argv[1]))"
 RUNS = "import time; print('running', flush=True); time.sleep(1000)"
-
-
-@pytest.fixture(scope="module")
-def app():
-    return QApplication.instance() or QApplication([])
 
 
 @pytest.fixture

@@ -12,7 +12,6 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
 from PyQt5.QtGui import QColor
-from PyQt5.QtWidgets import QApplication
 from sensor_msgs.msg import PointCloud
 from snapshots import snapshot_of
 from std_msgs.msg import Float64, Header, Int8
@@ -45,11 +44,6 @@ MORE = {"others": {"type": "range_bearing"}, "bumper": {"type": "bumper", "front
 def team_of(n):
     poses = [[4.0 * k, 0.0, 0.0] for k in range(n)]
     return scenario_from_dict({"poses": poses, "sensors": [{"mounts": MORE}]})
-
-
-@pytest.fixture(scope="module")
-def app():
-    return QApplication.instance() or QApplication([])
 
 
 @pytest.fixture

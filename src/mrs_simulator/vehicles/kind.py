@@ -132,12 +132,9 @@ def read_kind(content, where, directory=""):
     top.take("arm", None)
     numbers.done()
     top.done()
-    return kind._replace(numbers=_weighed(kind.numbers, kind.mass))
-
-
-def _weighed(numbers, mass):
-    """Return a drive's ``numbers`` with the robot's ``mass`` [kg], where its functions use that."""
-    return numbers._replace(mass=mass) if "mass" in numbers._fields else numbers
+    if "mass" in kind.numbers._fields:  # which its functions use
+        return kind._replace(numbers=kind.numbers._replace(mass=kind.mass))
+    return kind
 
 
 def _read_body(section):

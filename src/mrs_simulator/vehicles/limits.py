@@ -43,7 +43,7 @@ def kind_limits(kind, limits):
         return tuple(AxisLimit(*_of_axis(limits, axis)) for axis in kind.axes)
     if isinstance(limits, LoweredLimits):
         return tuple(
-            limit._replace(top=min(limit.top, _lowered_top(limits, axis)))
+            limit._replace(top=min(limit.top, *_of_axis(limits[1:], axis)))
             for axis, limit in zip(kind.axes, kind_limits(kind, limits.preset))
         )
     return kind.limits[limits]
@@ -52,10 +52,6 @@ def kind_limits(kind, limits):
 def _of_axis(limits, axis):
     across = axis.startswith(ACROSS)
     return limits[0::2] if across else limits[1::2]
-
-
-def _lowered_top(limits, axis):
-    return limits.v_max if axis.startswith(ACROSS) else limits.omega_max
 
 
 def stacked(rows):

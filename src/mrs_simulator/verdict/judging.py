@@ -268,12 +268,14 @@ def _claims(control, run, faults, followed=None):
         if control.fidelity == "dynamic":
             slipped = known = call(slipped_run, control, run)
         claims = claims + call(exactness_claims, control, run, exact, followed)
-        made = {} if raised else _of_points(control, run)
+        made = {} if raised else _claims_with(control, run, fidelity="point_mass")
         points = Points(control, run, exact, made)
         narrow = _narrow(made) if known is not None and run.meta.get("lockstep") else {}
         gripping = _gripping(control, run) if slipped is not None else None
         theory = Theory(exact, followed, slipped, narrow, points=points, gripping=gripping)
-        theory = theory._replace(unbanded={} if raised else _unbanded(control, run))
+        if control.deadband and not raised:
+            unbanded = _claims_with(control, run)
+            theory = theory._replace(unbanded={name: c.tolerance for name, c in unbanded.items()})
     # Of what is left of a run after a change, none may have come.
     if run.collisions and run.collisions[-1].time >= run.time[0]:
         with _keeping([], "prediction"):  # whose faults are reported with the track
@@ -304,25 +306,16 @@ def _led(control, run, theory, claims):
     return {pair: when for each in found for pair, when in each.items()}
 
 
-def _of_points(control, run):
-    """Return the claims that ``control`` makes of points, with the tolerances typed for them, by name."""
-    points = copy.copy(control)
-    points._keep(fidelity="point_mass", deadband=0.0)
-    made = checked_claims(call(points.all_claims, run.hand[0]), run, [])
-    return {claim.name: claim for claim in made if isinstance(claim, Claim)}
+def _claims_with(control, run, **other):
+    """Return the claims that ``control`` makes of ``run`` with ``other`` attributes, by name.
 
-
-def _unbanded(control, run):
-    """Return the tolerances of claims without what they allow a dead band, by name; {} where there is none.
-
-    What a dead band costs robots that are followed is in their run already.
+    Of points with the tolerances typed for them.  What a dead band costs robots that are followed is in
+    their run already.
     """
-    if not control.deadband:
-        return {}
     own = copy.copy(control)
-    own._keep(deadband=0.0)
+    own._keep(deadband=0.0, **other)
     made = checked_claims(call(own.all_claims, run.hand[0]), run, [])
-    return {claim.name: claim.tolerance for claim in made if isinstance(claim, Claim)}
+    return {claim.name: claim for claim in made if isinstance(claim, Claim)}
 
 
 def _narrow(claims):

@@ -89,7 +89,8 @@ class Course:
 
     def _standing(self, run, claim, why):
         if len(run.time) < FEWEST_SAMPLES:
-            return _row(_unmeasured(claim), claim.question, OPEN, SOON)
+            unmeasured = measured_of(None, claim._replace(measure=lambda run: None))
+            return _row(unmeasured, claim.question, OPEN, SOON)
         check = measured_of(run, claim)
         if why:
             return _row(check, claim.question, NOT_JUDGED, "does not apply: " + why)
@@ -163,10 +164,6 @@ def _until(run, time):
     ends = {key: each[row - 1] + share * (each[row] - each[row - 1]) for key, each in at.items()}
     cut = {key: np.concatenate([each[:row], ends[key][np.newaxis]]) for key, each in at.items()}
     return part.replace(**cut)
-
-
-def _unmeasured(claim):
-    return measured_of(None, claim._replace(measure=lambda run: None))
 
 
 def _row(check, question, standing, note):

@@ -283,7 +283,7 @@ def _unjudged(run, claims, checks, theory):
     why = deadlock_text(run.meta.get("deadlock")) or _changes(run)
     if why:
         return why
-    of_theorem = [claim for claim in claims if _is_claim_of_theorem(claim)]
+    of_theorem = [c for c in claims if not isinstance(c, Condition) and _is_of_theorem(c)]
     needed = _needed(of_theorem, theory)
     if not judged:
         return NOT_TESTED.format(needed) if needed else NONE_APPLY
@@ -297,10 +297,6 @@ def _needed(claims, theory):
     if not short:
         return ""
     return min(short, key=lambda answer: answer.needed).note.split(": ", 1)[1]
-
-
-def _is_claim_of_theorem(claim):
-    return not isinstance(claim, Condition) and _is_of_theorem(claim)
 
 
 def _changes(run):
@@ -731,14 +727,11 @@ def _heading(question, verdict):
 def _said(check):
     """Return predicted, measured and tolerance of a ``check``, and what is said of it."""
     cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
-    said = " ".join(filter(None, (_word(check["passed"]), _note(check))))
+    word = {True: "PASSED", False: "FAILED", None: "-"}[check["passed"]]
+    said = " ".join(filter(None, (word, _note(check))))
     if len(cells[1]) > CELL:  # a text, such as why a run ended
         said, cells[1] = "{}: {}".format(said, cells[1]), ""
     return (*cells, said)
-
-
-def _word(passed):
-    return {True: "PASSED", False: "FAILED", None: "-"}[passed]
 
 
 def _note(check):

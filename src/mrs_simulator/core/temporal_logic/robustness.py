@@ -317,7 +317,7 @@ class _Evaluation:
         if isinstance(formula, Predicate):
             return self._worst_member(formula, row)
         if isinstance(formula, Not):
-            return self.reason(formula.operand, row, _other(side))
+            return self.reason(formula.operand, row, "high" if side == "low" else "low")
         if isinstance(formula, (And, Or)):
             values = [float(getattr(self.of(each), side)[row]) for each in formula.operands]
             best = np.argmax if isinstance(formula, Or) else np.argmin
@@ -404,7 +404,3 @@ def _smallest(values, count):
 def _scale(predicate):
     """Return by what margins are divided beside those of other units: the constant, 1 where that is 0."""
     return abs(math.fsum(_constant(term) for term in predicate.terms if term.signal is None)) or 1.0
-
-
-def _other(side):
-    return "high" if side == "low" else "low"

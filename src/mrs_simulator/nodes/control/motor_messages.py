@@ -29,11 +29,6 @@ def is_on(message):
     return bool(message.data if isinstance(message, Bool) else message.state)
 
 
-def switched_on(kind):
-    """Return the message of type ``kind`` that switches motors on."""
-    return Bool(True) if kind == BOOL else message_class(kind)(1)
-
-
 def message_class(kind):
     """Return the class of the messages of type ``kind``.
 
@@ -50,7 +45,7 @@ class MotorSwitch:
 
     def __init__(self, name, kind):
         """``name`` of the topic; its type ``kind``, one of ``TYPES``."""
-        self._message = switched_on(kind)
+        self._message = Bool(True) if kind == BOOL else message_class(kind)(1)
         self._publisher = rospy.Publisher(name, message_class(kind), queue_size=1)
 
     def switch_on(self):

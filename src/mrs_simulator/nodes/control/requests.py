@@ -102,11 +102,6 @@ def who_drives_on(rivals):
     return True, "stopped, zero commands sent"
 
 
-def as_argument(value):
-    """Return the ``value`` of a parameter as a command line gives it."""
-    return value if isinstance(value, str) else json.dumps(value)
-
-
 def how_to_start(protocol):
     """Return the commands with which real robots under ``protocol`` are checked and started.
 
@@ -120,6 +115,7 @@ def how_to_start(protocol):
     if not any(re.match("--protocol|_protocol:=", argument) for argument in given):
         given += ["--protocol", protocol]
     values = [rospy.get_param("~" + parameter.name) for parameter in own]
-    given += [name + as_argument(value) for name, value in zip(set_here, values)]
+    texts = [value if isinstance(value, str) else json.dumps(value) for value in values]
+    given += map("".join, zip(set_here, texts))
     check = " ".join(map(shlex.quote, ["rosrun", "mrs_simulator", "preflight", *given]))
     return "{}, then: rosservice call {}".format(check, rospy.resolve_name("~start"))

@@ -28,7 +28,7 @@ class Descriptions:
                 self._forget(name)
             for name, text in wanted.items():
                 if self._published.get(name) != text and (
-                    name in self._published or _is_free(name)
+                    name in self._published or not rospy.has_param(name)
                 ):
                     rospy.set_param(name, text)
                     self._published[name] = text
@@ -43,7 +43,3 @@ class Descriptions:
         # Another one may have been set since.
         if rospy.get_param(name, "") == self._published.pop(name):
             rospy.delete_param(name)
-
-
-def _is_free(name):
-    return not rospy.has_param(name)

@@ -269,7 +269,8 @@ class CyclicPursuit(PioneerControl):
             return conditions
         step = np.where(modes > PRESENT * modes.max(), self._factors(n)[1:], 0.0)
         slowest = 1 + int(np.argmax(np.abs(step)))
-        growth, turn = _real_and_imaginary(np.log(step[slowest - 1]) / self.period)
+        exponent = complex(np.log(step[slowest - 1]) / self.period)
+        growth, turn = exponent.real, exponent.imag
         # Points on a circle spiral out a little under held commands, robots less: they move on arcs.
         held = HELD[self.fidelity] * abs(self.gain)
         allowed, swayed = (max(0.02 * abs(value), held) for value in (growth, turn))
@@ -473,10 +474,6 @@ class Coverage(PioneerControl):
         """Return the locational cost at the start and at the end [m^2]."""
         first, last = self.cost(run.hand[[0, -1]]).tolist()
         return {"cost_at_start": first, "cost_at_end": last}
-
-
-def _real_and_imaginary(value):
-    return float(value.real), float(value.imag)
 
 
 def _late_growth(time, values):

@@ -251,7 +251,7 @@ def _theory_rows(scenario, facts, report):
     rows = [("eigenvalues of M", _values(theory["eigenvalues"]) + " 1/s")]
     if not linear.is_stable:
         return [*rows, ("stable", "no: some of it grows or goes on for ever")]
-    if not _is_stable_held(theory):
+    if theory["held_rate"] is not None and not theory["held_rate"] > 0.0:
         text = "no: commands held at {:g} Hz overshoot".format(scenario.control.rate)
         rows.append(("stable", text))
     drift = np.array(theory["drift"])
@@ -274,10 +274,6 @@ def _theory_rows(scenario, facts, report):
         text = "variance {:.4g} m^2 of a coordinate per m^2/s of velocity noise"
         rows.append(("noise", text.format(theory["noise"])))
     return rows
-
-
-def _is_stable_held(theory):
-    return theory["held_rate"] is None or theory["held_rate"] > 0.0
 
 
 def _values(values):

@@ -249,6 +249,7 @@ def _from_robots(bag, topics, axes):
     commands = {t: int(m.group(1)) for t, m in ((t, COMMANDS.match(t)) for t in topics) if m}
     robots = sorted(set(odometry.values()))
     command = slice(len(FIELDS), None)  # of a row
+    parts = [axis.split(".") for axis in axes]
     blank = [math.nan] * len(FIELDS) + [0.0] * len(axes)
     newest, commanded, rows, times = {n: list(blank) for n in robots}, False, [], []
     runs = True  # the controller; bags without its status begin with any command
@@ -258,7 +259,7 @@ def _from_robots(bag, topics, axes):
             continue
         if topic in commands:
             if commands[topic] in newest:
-                given = [getattr(getattr(message, part), x) for part, x in map(_split, axes)]
+                given = [getattr(getattr(message, part), x) for part, x in parts]
                 newest[commands[topic]][command] = np.nan_to_num(given).tolist()
                 # A node that has not begun or is stopped commands zeros too.
                 commanded = commanded or runs and any(given)
@@ -310,10 +311,6 @@ def _spatial_of(odometry):
     if tilted or np.ptp(spatial.z, axis=0).max(initial=0.0) > LEVEL:
         return spatial
     return None
-
-
-def _split(axis):
-    return axis.split(".")
 
 
 def _in_common_frame(pose, scenario):

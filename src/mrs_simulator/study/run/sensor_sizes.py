@@ -37,16 +37,11 @@ def with_sizes(sensors, scenario, team, obstacles, lines):
     ``lines(sensor, number, time, reading)``: the lines of a reading.
     """
     named = {each.name: each for each in sensors}
-    found = {}
+    found, time = {}, round(0.5 * scenario.duration, 1) + 0.01  # with the digits that most have
     for mount, number, reading in samples_at_start(scenario, team, obstacles, named):
-        text = lines(named[mount.name], number, time_like(scenario.duration), reading)
+        text = lines(named[mount.name], number, time, reading)
         found.setdefault(mount.name, []).append(sum(map(len, text)))
     return [
         each._replace(sample=float(np.mean(found[each.name]))) if each.name in found else each
         for each in sensors
     ]
-
-
-def time_like(duration):
-    """Return a time [s] with as many digits as most of a run of ``duration`` [s] have."""
-    return round(0.5 * duration, 1) + 0.01

@@ -156,9 +156,9 @@ class Search:
         Each step is kept only if the run still breaks the same by more than ``SPARE``.
         """
         name = found.trial.worst["name"]
-        variation = self._fewer_robots(found.variation, name)
+        variation = self._smaller(found.variation, name, self._with_one_robot_less)
         variation = self._fewer_keys(variation, name)
-        variation = self._fewer_edits(variation, name)
+        variation = self._smaller(variation, name, _with_one_edit_less)
         variation = self._rounder(variation, name)
         duration = self._shorter(variation, name)
         thresholds = [self._threshold(variation, key) for key in self._numbers(variation)]
@@ -177,29 +177,25 @@ class Search:
         trial = self.tried([variation], until)[0]
         return trial.value < -SPARE and trial.worst["name"] == name
 
-    def _fewer_robots(self, variation, name):
-        robots, again = self.space.search.robots, True
-        while robots and again and len(variation[POSES]) > max(FEWEST_ROBOTS, robots.low):
-            again = False
-            for row in range(len(variation[POSES])):
-                poses = variation[POSES][:row] + variation[POSES][row + 1 :]
-                less = {**variation, POSES: poses, ROBOTS: len(poses)}
-                if self._breaks(less, name):
-                    variation, again = less, True
-                    break
+    def _smaller(self, variation, name, all_smaller):
+        """Return the first of ``all_smaller(variation)`` that breaks, made as small as it goes itself."""
+        for less in all_smaller(variation):
+            if self._breaks(less, name):
+                return self._smaller(less, name, all_smaller)
         return variation
+
+    def _with_one_robot_less(self, variation):
+        robots, poses = self.space.search.robots, variation.get(POSES, [])
+        if robots and len(poses) > max(FEWEST_ROBOTS, robots.low):
+            for row in range(len(poses)):
+                fewer = poses[:row] + poses[row + 1 :]
+                yield {**variation, POSES: fewer, ROBOTS: len(fewer)}
 
     def _fewer_keys(self, variation, name):
         for key in [key for key in variation if key not in (POSES, ROBOTS)]:
             less = {other: value for other, value in variation.items() if other != key}
             if self._breaks(less, name):
                 variation = less
-        return variation
-
-    def _fewer_edits(self, variation, name):
-        for less in _with_one_edit_less(variation):
-            if self._breaks(less, name):
-                return self._fewer_edits(less, name)
         return variation
 
     def _rounder(self, variation, name):
@@ -232,21 +228,15 @@ class Search:
         if decided is None:
             return None
         duration = float(self.content.get("duration", 60.0))
-        for wanted in (
-            math.ceil(decided),
-            math.ceil(decided) + 1.0,
-            math.ceil(1.1 * decided + 1.0),
-        ):
-            if 0.0 < wanted < duration and self._breaks(variation, name, float(wanted)):
-                return float(wanted)
+        first = float(math.ceil(decided))
+        for wanted in (first, first + 1.0, float(math.ceil(1.1 * decided + 1.0))):
+            if 0.0 < wanted < duration and self._breaks(variation, name, wanted):
+                return wanted
         return None
 
     def _numbers(self, variation):
-        return [
-            each.key
-            for each in self.space.search.ranges
-            if not each.choices and not each.whole and each.key in variation
-        ]
+        ranges = [each for each in self.space.search.ranges if each.key in variation]
+        return [each.key for each in ranges if not each.choices and not each.whole]
 
     def _threshold(self, variation, key):
         """Return ``(key, value that holds, value that breaks)``, None where no end of the range holds."""

@@ -64,7 +64,8 @@ def exactness_claims(control, run, exact, followed=None):
     elif are_stated(control.team) and len(rows) > 1 and known:
         claims.append(_commands(control, law, run, followed if run.meta.get("lockstep") else None))
     known = followed is not None and control.fidelity != "dynamic" and run.meta.get("lockstep")
-    narrow = law.NARROWS and control.fidelity == "kinematic" and not _is_ramped(control)
+    narrow = law.NARROWS and control.fidelity == "kinematic"
+    narrow = narrow and not np.isfinite(control.limits.acceleration).any()
     narrow = narrow and (known or control.team.is_of_unicycles)
     if exact is not None and (control.fidelity == "point_mass" or narrow):
         held = _apart(followed, exact) if known else held_arcs(control, run)
@@ -133,10 +134,6 @@ def held_arcs(control, run):
     turn = np.minimum(0.5 * np.abs(run.command[:, :, 1]) * control.period, 1.0)
     speed = np.hypot(run.command[:, :, 0], control.l * run.command[:, :, 1])
     return float(np.sum((speed * turn).max(axis=1)[:-1] * np.diff(run.time)))
-
-
-def _is_ramped(control):
-    return bool(np.isfinite(control.limits.acceleration).any())
 
 
 def _commands(control, law, run, followed):

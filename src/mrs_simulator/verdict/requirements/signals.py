@@ -183,18 +183,6 @@ def _reading(name, control, run):
     return found
 
 
-def _robot_labels(control, run):
-    return ["robot{}".format(number) for number in run.robots]
-
-
-def _pair_labels(control, run):
-    return _of_two(run, np.column_stack(_pairs(run)))
-
-
-def _edge_labels(control, run):
-    return _of_two(run, _edges(control, run))
-
-
 def _of_two(run, rows):
     def label(index):
         first, second = run.robots[rows[index]]
@@ -203,7 +191,11 @@ def _of_two(run, rows):
     return label
 
 
-_LABELS = {ROBOT: _robot_labels, PAIR: _pair_labels, EDGE: _edge_labels}
+_LABELS = {
+    ROBOT: lambda control, run: ["robot{}".format(number) for number in run.robots],
+    PAIR: lambda control, run: _of_two(run, np.column_stack(_pairs(run))),
+    EDGE: lambda control, run: _of_two(run, _edges(control, run)),
+}
 _OPEN = {CURVE: _curve, SENSOR: _reading}
 VALUES = {
     "time": lambda control, run: run.time - run.time[0],

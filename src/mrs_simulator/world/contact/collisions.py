@@ -243,7 +243,7 @@ class VerletList:
 
     def pairs(self, position):
         """Return the rows of the listed pairs for robots at ``position`` (n, 2)."""
-        if self._origin is None or self._moved_far(position):
+        if self._origin is None or self._farthest_moved(position) > (0.5 * SKIN) ** 2:
             self._origin = position.copy()
             self._pairs = close_pairs(position, self.reach + SKIN)
         return self._pairs
@@ -270,9 +270,6 @@ class VerletList:
             return unlisted
         nearest = np.sqrt(squared_apart(position, first, second).min())
         return min(unlisted, 0.5 * (nearest - self.reach))
-
-    def _moved_far(self, position):
-        return self._farthest_moved(position) > (0.5 * SKIN) ** 2
 
     def _farthest_moved(self, position):
         return squared(position - self._origin).max()

@@ -79,7 +79,7 @@ class KinematicMotion:
         self._least, self._greatest = (
             self.team.by_group(lambda g, end=end: self._bounds_of(g)[end]) for end in (0, 1)
         )
-        self._retargeted = [g for g in self.team.groups if not self._is_clipped(g)]
+        self._retargeted = [g for g in self.team.groups if not getattr(g.drive, "CLIPPED", False)]
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         # [m] the longest way in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
@@ -115,9 +115,6 @@ class KinematicMotion:
         if hasattr(drive, "bounds"):
             return drive.bounds(limits, group.numbers)
         return -limits.top, limits.top
-
-    def _is_clipped(self, group):
-        return getattr(group.drive, "CLIPPED", False)
 
     def _target_of(self, group, clipped, command):
         """Return the inner states (m, axes of the drive) to which the group ramps under ``command`` (n, a).

@@ -129,30 +129,21 @@ class Voltage(Form):
     PROVIDES = ("voltage",)
 
     def message(self, item, header):
-        """Return the ``Float64``, which has no header."""
-        return Float64(item[0])
+        """Return the message of the one value, which has no header."""
+        return self.MESSAGE(dict(zip(BatteryReading.PER_ROBOT, item))[self.PROVIDES[0]])
 
     def reading(self, message, stamp):
-        """Return the ``BatteryReading``, its charge unknown."""
-        return BatteryReading(stamp, message.data, math.nan)
+        """Return the ``BatteryReading``, all else unknown."""
+        unknown = BatteryReading(stamp, math.nan, math.nan)
+        return unknown._replace(**{self.PROVIDES[0]: message.data})
 
 
-class StateOfCharge(Form):
+class StateOfCharge(Voltage):
     """The charge alone, from 0 to 1, as RosAria publishes it."""
 
-    TYPE = "battery"
-    BY_DRIVERS = True
     SUFFIX = "_state_of_charge"
     MESSAGE = Float32
     PROVIDES = ("charge",)
-
-    def message(self, item, header):
-        """Return the ``Float32``, which has no header."""
-        return Float32(item[1])
-
-    def reading(self, message, stamp):
-        """Return the ``BatteryReading``, its voltage unknown."""
-        return BatteryReading(stamp, math.nan, message.data)
 
 
 class Recharging(Form):

@@ -270,7 +270,7 @@ def test_a_law_in_a_process_of_its_own_drives(law):
     np.testing.assert_allclose(law.commands(POSE, 0.25, LONG), [[0.1, 0.25], [0.2, 0.25]])
     law.set_parameters({"l": 0.3})
     law.set_topology(Topology(2, [(1, 2, 1.0)], True))
-    assert law.parameters == {"l": 0.3} and len(law.topology.edges) == 1
+    assert law.parameters == {"l": 0.3} and len(law.state.topology.edges) == 1
     with pytest.raises(ValueError, match="l = -1"):
         law.set_parameters({"l": -1.0})
     assert law.parameters == {"l": 0.3}
@@ -281,10 +281,10 @@ def test_an_edit_of_a_law_that_was_given_up_is_taken(law):
         law.commands(at(4), 0.0, 0.1)
     assert law.lost
     law.set_topology(Topology(2, [(1, 2, 1.0)], True))
-    assert not law.lost and len(law.topology.edges) == 1
+    assert not law.lost and len(law.state.topology.edges) == 1
     law.end()
     law.set_parameters({"l": 0.3})
-    assert law.parameters == {"l": 0.3} and len(law.topology.edges) == 1
+    assert law.parameters == {"l": 0.3} and len(law.state.topology.edges) == 1
     with pytest.raises(ValueError, match="l = -1"):
         law.set_parameters({"l": -1.0})
 

@@ -107,7 +107,8 @@ class Law:
         self.numbers = tuple(range(1, scenario.n + 1))
         self._scenario, self._limit = scenario, limit
         self._apart, self._remaking = apart, threading.Lock()
-        self._state, self._topology = None, None
+        self.state = None  # the ``State`` after its last call
+        self.other_topology = None  # set in place of the scenario's
         self.known_targets = None  # the last that the law returned
         self.remake()
 
@@ -118,7 +119,7 @@ class Law:
 
     def _remake(self):
         try:
-            self._worker, before = Worker(self._apart()), self._state
+            self._worker, before = Worker(self._apart()), self.state
         except (EOFError, OSError) as error:
             raise ValueError(KILLED.format(error)) from error
         self._given = None  # the readings that it has
@@ -126,8 +127,8 @@ class Law:
             self._call("make", self._scenario)
             if before is not None:
                 self._call("set_parameters", before.parameters)
-            if self._topology is not None:
-                self._call("set_topology", self._topology)
+            if self.other_topology is not None:
+                self._call("set_topology", self.other_topology)
         except CallFailed as error:
             self._worker.give_up()
             raise ValueError(str(error)) from error
@@ -144,27 +145,7 @@ class Law:
     @property
     def parameters(self):
         """Return the parameters in force by name."""
-        return dict(self._state.parameters)
-
-    @property
-    def deadlock(self):
-        """Return the robots that the safety filter holds still, ``(number, since [s])`` of each."""
-        return self._state.deadlock
-
-    @property
-    def sensors(self):
-        """Return the names of the sensors that it asks of every robot."""
-        return self._state.sensors
-
-    @property
-    def topology(self):
-        """Return the topology in force."""
-        return self._state.topology
-
-    @property
-    def other_topology(self):
-        """Return the topology that was set in place of the scenario's, None where none was."""
-        return self._topology
+        return dict(self.state.parameters)
 
     def begin(self, pose, meanwhile=None, begun=0.0):
         """Begin anew from ``pose`` (n, 3) at ``begun`` [s] of the scene; return theory's warnings."""
@@ -197,7 +178,7 @@ class Law:
     def set_topology(self, topology):
         """Replace the interaction graph; ``ValueError`` says why not."""
         self._set("set_topology", topology)
-        self._topology = topology
+        self.other_topology = topology
 
     def _set(self, method, value):
         try:
@@ -209,7 +190,7 @@ class Law:
 
     def _call(self, method, *arguments, limit=None, meanwhile=None):
         limit = self._limit if limit is None else limit
-        value, self._state = self._worker.ask((method, *arguments), limit, meanwhile)
+        value, self.state = self._worker.ask((method, *arguments), limit, meanwhile)
         return value
 
 

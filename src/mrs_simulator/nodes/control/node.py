@@ -127,7 +127,7 @@ class ControlNode:
         self.frame = make_common_frame(scenario, leads=True)
         self.inbox = self.frame.inbox
         wake = self.inbox.wake if self.lockstep else None
-        self.sensors = open_sensors(scenario, self.law.sensors, real, wake)
+        self.sensors = open_sensors(scenario, self.law.state.sensors, real, wake)
         self.estimates = None
         if scenario.estimates is not None:
             self.estimates = EstimatedPoses(scenario, self.frame, self.sensors)
@@ -336,14 +336,14 @@ class ControlNode:
 
     def _tell_deadlock(self):
         """Log that the safety filter holds robots still, once for each set of them."""
-        held = self.law.deadlock
+        held = self.law.state.deadlock
         if held and held != self._held:
             rospy.logwarn("pioneer_control: %s", deadlock_text(held))
         self._held = held
 
     def _deadlock(self):
         """Return the deadlock in words, a list of one text or none."""
-        text = deadlock_text(self.law.deadlock) if self.running else ""
+        text = deadlock_text(self.law.state.deadlock) if self.running else ""
         return [text] if text else []
 
     def _lose(self, error):
@@ -458,7 +458,7 @@ class ControlNode:
         trouble = self.trouble or self._waited_for()
         if not self._status.is_due(self.running, trouble):
             return
-        topology = self.law.topology
+        topology = self.law.state.topology
         refused, refusal = self.frame.refused()
         facts = dict(
             refused=refused,

@@ -230,3 +230,27 @@ assert not gui.study.processes.is_running("control")
 """,
         scenario="lab_four",
     )
+
+
+def test_once_the_simulation_is_gone_the_real_robots_alone_are_shown(gui, ros):
+    be_patient(ros, **{"pioneer_control/frozen_time": 1000.0})
+    ros.probe().ask("stand_in(2, {})".format(poses()[1]))
+    stage = ros.node("stage", "--scenario", FOUR.partition("/")[2], "--real", 2)
+    gui(
+        """
+until(lambda: gui.status["robots"].text().endswith("3 simulated, 1 real"))
+click("control")
+until(lambda: gui.preflight.title().startswith(("All robots", "Not started")))
+until(lambda: gui.study.is_controlled())
+until(lambda: gui.map.targets is not None)
+os.kill(int(sys.argv[2]), 9)
+until(lambda: gui.status["robots"].text().endswith(": 1 real"))
+until(lambda: gui.map.scene().state.robots == (2,))
+until(lambda: gui.status["stage"].text().endswith("no stage"))
+until(lambda: not gui.study.is_controlled())
+until(lambda: gui.map.targets is None, 30.0)
+print("SHOWN", [gui.status[name].text() for name in ("stage", "controller", "robots", "time")])
+assert "real time" not in gui.status["time"].text()
+""",
+        stage.pid,
+    )

@@ -64,7 +64,7 @@ class RobotsConnection:
         axes, commands = _commands(numbers, control)
         return StateTable(
             # Wall time counts from 1970; a stage's own robots go on with its time.
-            max(stamps) if self._simulated else max(stamps) - self._first,
+            max(stamps) - (0.0 if self._simulated.intersection(numbers) else self._first),
             numbers,
             axes=axes,
             pose=poses,

@@ -13,6 +13,7 @@ COLOURS = {
     "warning": ("#7a4f00", "#ffc46b"),
     "aside": ("#5c5c5c", "#b4b4b4"),
     "good": ("#1b6b34", "#7fdc9a"),
+    "link": ("#0000ee", "#8ab4f8"),
 }
 DARK = 128  # [-] a background whose lightness (of 255) is below is dark
 LONG_WORD = re.compile("([^\\s\u200b]{20})(?=\\S)")  # may be broken after 20 characters

@@ -7,8 +7,9 @@ from mrs_simulator.rqt_plugin.qt.QtCore import Qt, QUrl, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QDesktopServices
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QLabel, QSizePolicy
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import tint
 
-TEXT = "saved: {} \u2013 <a href='folder'>Open folder</a>"
+TEXT = "saved: {} \u2013 <a href='folder' style='color: {}'>Open folder</a>"
 TIP = "{}\nA click on the link opens its folder"
 LEAST = 24  # [average characters] of a path that are shown at least
 
@@ -34,7 +35,7 @@ class SavedPlace(QLabel):
         others = metrics.horizontalAdvance("saved:  \u2013 Open folder ")
         room = max(LEAST * metrics.averageCharWidth(), width - others)
         shown = metrics.elidedText(self.path, Qt.ElideMiddle, room)
-        self.setText(TEXT.format(html.escape(shown)))
+        self.setText(TEXT.format(html.escape(shown), tint("link", self.palette())))
         self.setToolTip(TIP.format(self.path))
         self.setVisible(True)
 

@@ -234,7 +234,10 @@ class LiveRun:
         self._report_trouble(control)
         self._show_warnings(control)
         if not self.is_held:
-            panels.map.show_targets(control.targets if len(control.targets) else None)
+            snapshot = self._connection.snapshot()
+            shown = 0 if snapshot is None else len(snapshot.robots)
+            # A controller may go on after the simulation of some of its robots.
+            panels.map.show_targets(control.targets if 0 < len(control.targets) == shown else None)
         self._follow_graph(control)
 
     def _follow_graph(self, control):

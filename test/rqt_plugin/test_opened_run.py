@@ -10,18 +10,20 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import quiet_study, shown, wait_shown
-from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
+from PyQt5.QtCore import QEvent, QMimeData, QPoint, Qt, QUrl
 from PyQt5.QtGui import QDropEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication, QFileDialog
+from PyQt5.QtWidgets import QAction, QApplication, QFileDialog, QMenu
 
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.record.run_changes import Change, to_plain
 from mrs_simulator.rqt_plugin.run.loaded_run import history_of, mean_twist
+from mrs_simulator.rqt_plugin.shelf.panel import ShelfPanel
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.run.experiment import run_experiment
 
+APP = QApplication.instance() or QApplication([])
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 NONE = Qt.NoModifier
 GAINS = 0.02, 0.05
@@ -269,3 +271,19 @@ def test_twists_are_taken_from_poses_where_none_were_recorded(runs):
     history = history_of(run)
     assert history.begun == 0.0 and not history.is_unsaved(0.0)
     np.testing.assert_array_equal(history.pose, run.pose)
+
+
+def test_menus_of_the_list_of_runs_do_not_pile_up():
+    panel, settings = ShelfPanel(), {"folder": "runs", "watched": [], "most_bytes": 5e9}
+    counts = []
+    for _ in range(3):
+        panel.show_entries([], settings, 0)
+        menu = panel.details.menu()
+        menu.popup(QPoint(0, 0))
+        menu.close()
+        APP.sendPostedEvents(None, QEvent.DeferredDelete)
+        counts.append([len(panel.findChildren(kind)) for kind in (QMenu, QAction)])
+    assert counts[0] == counts[1] == counts[2]
+    (sizes,) = [each.menu() for each in panel.menu.menu().actions() if each.menu()]
+    assert [each.isChecked() for each in sizes.actions()].count(True) == 1
+    panel.close()

@@ -55,6 +55,7 @@ class ShelfPanel(QWidget):
         self.menu.setText("Folders")
         self.menu.setPopupMode(QToolButton.InstantPopup)
         self.menu.setMenu(QMenu(self.menu))
+        self._sizes = QMenu("Keep at most", self.menu)
         self.clear = QPushButton("Compare none")
         self.clear.clicked.connect(guarded(lambda *_: self.list.clear_compared()))
         self.clear.setVisible(False)
@@ -115,16 +116,17 @@ class ShelfPanel(QWidget):
         self._fill_menu(settings)
 
     def _fill_menu(self, settings):
-        menu = self.menu.menu()
+        menu, sizes = self.menu.menu(), self._sizes
         if menu.isVisible():
             return
-        menu.clear()
+        menu.clear()  # but for submenus, which would pile up if they were made anew
+        sizes.clear()
         menu.setToolTipsVisible(True)
         for name, text, tip in ADDING:
             action = menu.addAction(text)
             action.setToolTip(tip)
             action.triggered.connect(guarded(lambda *_, n=name: self.add_asked.emit(n)))
-        sizes = menu.addMenu("Keep at most")
+        menu.addMenu(sizes)
         for size in SIZES:
             action = sizes.addAction("{} GB".format(size))
             action.setCheckable(True)

@@ -1,6 +1,6 @@
 """Fields and buttons for the current run of the list, and its menu."""
 
-from mrs_simulator.rqt_plugin.qt.QtCore import Signal
+from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -66,6 +66,7 @@ class RunDetails(QWidget):
     def menu(self):
         """Return a menu with the buttons."""
         menu = QMenu(self)
+        menu.setAttribute(Qt.WA_DeleteOnClose)
         menu.setToolTipsVisible(True)
         for button in (self.pin, self.scenario, self.delete):
             action = menu.addAction(button.text())

@@ -13,6 +13,7 @@ from protocol_fixtures import shipped
 from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.study.run.law_answers import Prediction
 
@@ -216,3 +217,22 @@ def test_predicted_paths_are_on_the_map_until_the_robots_go(study, monkeypatch):
     study.map.show_snapshot(sample(study, 0.0))
     tick(study, [0.0, 1.0])
     assert study.map.forecast is None
+
+
+def test_the_graph_of_an_opened_scenario_is_shown_once_the_controller_before_has_ended(study):
+    before, chain = study.study.edited.derived.topology, [(1, 2, 1.0), (2, 3, 1.0)]
+    n = study.scenario.n
+    status = SimpleNamespace(
+        trouble="", running=True, stopped=(), warnings=(), targets=np.empty((0, 2)),
+        edges=tuple(before.edges), directed=before.directed, command=np.zeros((n, 2)),
+    )  # fmt: skip
+    study.show_scenario(study.scenario._replace(topology=Topology(n, chain)))
+    study.connection.newest.side_effect = lambda name: status if name == "control" else None
+    for is_there, wanted in ((True, before.edges), (False, chain)):
+        study.connection.is_fresh.side_effect = lambda name, there=is_there: (
+            there and name == "control"
+        )
+        study.live.follow_control()
+        assert sorted(study.map.edges.list) == sorted(wanted)
+    # The table of edges, with which the scenario is edited, has them, too.
+    assert sorted(study.topology.edges()) == sorted(chain)

@@ -30,6 +30,7 @@ class LiveRun:
         self.is_held = False  # whether the map shows a moment that has passed
         self.runs = 0  # [-] that have begun or were put away
         self._last_control = None
+        self._is_obeyed = False  # whether targets and graph that are shown are a controller's
         self._reported_trouble = ""  # by the controller
         self._dismissed = ()  # the controller's warnings that the user has closed
         self.ran = None  # the scenario that the run began with, and facts of it, once it has begun
@@ -109,6 +110,12 @@ class LiveRun:
         """Show the targets of the scenario, none while there are robots without a controller."""
         snapshot, derived = self._connection.snapshot(), self._study.edited.derived
         self._panels.map.show_targets(derived.targets if snapshot is None else None)
+
+    def _show_graph(self):
+        """Show the graph of the scenario: that of the controller may be of the one before."""
+        graph = self._study.edited.derived.topology
+        self._panels.map.show_topology(graph.edges, graph.directed)
+        self._panels.topology.set_topology(graph.edges, graph.directed)
 
     def _passed(self, until):
         """Return the samples between the last picture and ``until`` [s], thinned; None in slow runs."""
@@ -224,13 +231,15 @@ class LiveRun:
         control, panels = self._connection.newest("control"), self._panels
         if not self._connection.is_fresh("control"):
             panels.banners.clear("warnings")
-            if self._last_control is not None:
+            self._last_control = None
+            if self._is_obeyed and not self.is_held:
+                self._is_obeyed = False
                 self._show_targets()
-                self._last_control = None
+                self._show_graph()
             return
         if control is self._last_control:
             return
-        self._last_control = control
+        self._last_control, self._is_obeyed = control, True
         self._report_trouble(control)
         self._show_warnings(control)
         if not self.is_held:

@@ -22,6 +22,7 @@ import sys
 import time
 
 LOADED = (
+    "logging.config",
     "rosmaster",
     "rospy",
     "mrs_simulator.nodes.control.program",
@@ -203,6 +204,7 @@ if __name__ == "__main__":
     load(LOADED)
     # Also of programs that are not the package's: a core busy while each ends.
     sys.modules["mrs_simulator.ros.node.lifecycle"].end_servers_with_sockets()
+    sys.modules["mrs_simulator.vehicles.registry"].shipped_kind("pioneer3dx")  # most tests' robots
     with contextlib.closing(socket.socket(fileno=int(sys.argv[1]))) as link_to_tests:
         child = serve(link_to_tests)
     if child is not None:

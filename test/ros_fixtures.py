@@ -77,6 +77,14 @@ def program(script):
     return os.path.join(found.stdout.decode().strip(), script)
 
 
+@functools.lru_cache(maxsize=None)
+def log_settings():
+    """Return the path of the settings that each program of ROS would search all packages for."""
+    import rospkg  # not for the tests without ROS
+
+    return os.path.join(rospkg.RosPack().get_path("rosgraph"), "conf", "python_logging.conf")
+
+
 def python_script(command, directory):
     """Return the script and the arguments of a ``command`` that is Python's, else None.
 
@@ -107,6 +115,7 @@ class Ros:
             ROS_HOSTNAME="127.0.0.1",
             ROS_LOG_DIR=directory,
             PYTHONUNBUFFERED="1",
+            ROS_PYTHON_LOG_CONFIG_FILE=log_settings(),
         )
         self.environment.pop("ROS_IP", None)
         port = self.uri.rpartition(":")[2]

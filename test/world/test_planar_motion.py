@@ -9,7 +9,6 @@ from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.motion import compiled_rolling
-from mrs_simulator.world.motion.compiled_rolling import carry_all, push_all
 from mrs_simulator.world.motion.dynamic import DynamicMotion
 from mrs_simulator.world.motion.planar import PlanarMotion
 from mrs_simulator.world.motion.planar_body import GRAVITY
@@ -80,7 +79,7 @@ def test_who_brakes_harder_than_its_weight_holds_tips():
 def test_compiled_wheels_roll_slide_and_tip_to_the_same_bits(compiled):
     if compiled:
         pytest.importorskip("numba")
-    loops = compiled_rolling.kernels() if compiled else (push_all, carry_all)
+    loops = compiled_rolling.kernels() if compiled else compiled_rolling.plain_loops()
     draw = np.random.default_rng(3)
     for m in (1, 2, 7, 33):
         robots = Wheels(*(each * draw.uniform(0.5, 2.0, m) for each in wheels(m, force=20.0)))

@@ -6,18 +6,21 @@ those of the C library.
 
 import functools
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mrs_simulator.core.compiled_terms import linked
 from mrs_simulator.core.compiling import jit
-from mrs_simulator.core.kinematics import cos_sin, displaced
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.world.motion import rolling
+from mrs_simulator.world.motion.compiled import carry_all as carry_along
 from mrs_simulator.world.motion.planar_body import TINY
 from mrs_simulator.world.motion.rolling import ROLLS, SWEEPS
 
 MASS, INERTIA, AHEAD, HEIGHT, HALF, LOAD, SHIFT = range(7)  # rows of a table of ``Wheels``
 FRICTION, FORCE = 9, 10
+TABLES = 16  # [-] of wheels that are kept
 
 
 def circles(wheels, i, ahead, aside, duration):
@@ -114,10 +117,53 @@ def carry_all(wheels, velocity, rims, turns, duration, pushes, place, theta, tur
         pushed[1, i] += pushes[2, i] + pushes[3, i]
 
 
+def hold_all(wheels, pose, twist, rims, step, duration, held, angles):
+    """Fill ``held`` (m, 3) as ``rolling.held_twists``, and ``angles`` (3, m): how far robots turn in a
+    substep, half of how far they turn in a step if they roll, and their mean headings then."""
+    for i in range(len(pose)):
+        held[i, 0], held[i, 1] = 0.5 * (rims[0, i] + rims[1, i]), 0.0
+        held[i, 2] = 0.5 * (rims[1, i] - rims[0, i]) / wheels[HALF, i]
+        half = 0.5 * (step * held[i, 2])
+        angles[0, i], angles[1, i], angles[2, i] = duration * twist[i, 2], half, pose[i, 2] + half
+
+
+def roll_all(wheels, pose, twist, rims, held, angles, cos, sin, step, duration, after, slides):
+    """Fill ``after`` (m, 3) with the poses of robots that roll, and find out which slide, ``slides`` (m,).
+
+    ``held`` and ``angles`` as of ``hold_all``; ``cos``, ``sin`` (3, m) of these.  Returns how many slide.
+    """
+    velocity, wanted, moved = twist.copy(), held.copy(), np.empty_like(held)
+    turns, pushes, sliding = np.empty((2, len(pose))), np.empty((4, len(pose))), 0
+    for i in range(len(pose)):
+        velocity[i, 1] += wheels[AHEAD, i] * twist[i, 2]
+        wanted[i, 1] += wheels[AHEAD, i] * held[i, 2]
+        turns[0, i], turns[1, i] = cos[0, i], sin[0, i]
+        moved[i, 0], moved[i, 1] = step * held[i, 0], step * held[i, 1]
+    push_all(wheels, velocity, wanted, rims, turns, duration, pushes, slides, False)
+    carry_along(pose, moved, angles[1], sin[1], cos[2], sin[2], after)
+    for i in range(len(pose)):
+        sliding += slides[i]
+    return sliding
+
+
+class Loops(NamedTuple):
+    """The loops that :func:`rolled_by` calls, compiled or not."""
+
+    hold: Any
+    roll: Any
+    push: Any
+    carry: Any
+
+
 @functools.lru_cache(maxsize=None)
 def kernels():
-    """Return ``push_all`` and ``carry_all``, compiled; ``ValueError`` without numba."""
-    return linked(push_all, jit(cache=True)), linked(carry_all, jit(cache=True))
+    """Return the :class:`Loops`, compiled; ``ValueError`` without numba."""
+    return Loops(*(linked(each, jit(cache=True)) for each in plain_loops()))
+
+
+def plain_loops():
+    """Return the :class:`Loops` as Python runs them, to be compared with."""
+    return Loops(hold_all, roll_all, push_all, carry_all)
 
 
 def compiled_rolled():
@@ -126,14 +172,14 @@ def compiled_rolled():
 
 
 def rolled_by(loops, wheels, pose, twist, rims, step, substeps):
-    """As ``rolling.rolled``, by the ``loops`` ``push_all`` and ``carry_all``."""
-    duration, m = step / substeps, len(pose)
-    held = rolling.held_twists(wheels, rims)
-    slides, tips = np.empty(m, dtype=bool), np.zeros(m, dtype=bool)
-    given = np.array(wheels), rolling.at_mass(wheels, twist), rolling.at_mass(wheels, held), rims
-    loops[0](*given, _turns(given[1], duration), duration, np.empty((4, m)), slides, False)
-    turned, after = step * rims, displaced(pose, held, step)
-    if slides.any():
+    """As ``rolling.rolled``, by the :class:`Loops`."""
+    duration, m, rims = step / substeps, len(pose), np.ascontiguousarray(rims)
+    held, after, angles = np.empty((m, 3)), np.empty((m, 3)), np.empty((3, m))
+    slides, tips, table = np.empty(m, dtype=bool), np.zeros(m, dtype=bool), _table(wheels)
+    loops.hold(table, pose, twist, rims, step, duration, held, angles)
+    turned, times = step * rims, (step, duration)
+    given = table, pose, twist, rims, held, angles, *cos_sin(angles)
+    if loops.roll(*given, *times, after, slides):
         rows = np.flatnonzero(slides)
         own = wheels.of(rows), pose[rows], twist[rows], held[rows], rims[:, rows]
         moved = _slid(loops, *own, duration, substeps)
@@ -141,18 +187,29 @@ def rolled_by(loops, wheels, pose, twist, rims, step, substeps):
     return after, held, turned, tips
 
 
+_tables = {}  # by identity of the wheels, which are kept, too
+
+
+def _table(wheels):
+    """Return ``wheels`` as an array (11, m), kept for as long as robots are the same."""
+    if id(wheels) not in _tables:
+        if len(_tables) >= TABLES:
+            _tables.clear()
+        _tables[id(wheels)] = wheels, np.array(wheels)
+    return _tables[id(wheels)][1]
+
+
 def _slid(loops, wheels, pose, twist, held, rims, duration, substeps):
-    """As ``rolling._slid``, by the ``loops``."""
-    push, carry = loops
+    """As ``rolling._slid``, by the :class:`Loops`."""
     held, velocity = rolling.at_mass(wheels, held), rolling.at_mass(wheels, twist)
     place, theta, m = rolling.mass_centre(wheels, pose), pose[:, 2].copy(), len(pose)
     turned, pushed, slides = np.zeros((2, m)), np.zeros((2, m)), np.empty(m, dtype=bool)
     table, pushes, rims = np.array(wheels), np.empty((4, m)), np.ascontiguousarray(rims)
     for _ in range(substeps):
         turns = _turns(velocity, duration)
-        push(table, velocity, held, rims, turns, duration, pushes, slides, True)
+        loops.push(table, velocity, held, rims, turns, duration, pushes, slides, True)
         ways = np.stack(cos_sin(rolling.ways(theta, slides, velocity, duration)))
-        carry(table, velocity, rims, ways, duration, pushes, place, theta, turned, pushed)
+        loops.carry(table, velocity, rims, ways, duration, pushes, place, theta, turned, pushed)
     pose, twist = rolling.of_axle(wheels, place, theta, velocity)
     return pose, twist, turned, rolling.who_tips(wheels, *(pushed / (substeps * duration)))
 

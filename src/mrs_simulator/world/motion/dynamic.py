@@ -10,7 +10,7 @@ from typing import List, NamedTuple, Tuple
 import numpy as np
 import pybullet
 
-from mrs_simulator.core.kinematics import ramp, wrap_angle
+from mrs_simulator.core.kinematics import Reach, ramped, wrap_angle
 from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.core.uneven_wheels import UnevenWheels
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
@@ -87,6 +87,10 @@ class DynamicMotion:
         self._limits = [
             AxisLimits(group.limits.top, np.minimum(group.limits.acceleration, NO_RAMP))
             for group in self.team.groups
+        ]
+        self._most = [  # by which what ramps changes in a step
+            Reach.of(step * group.drive.rates(limits, group.numbers))
+            for group, limits in zip(self.team.groups, self._limits)
         ]
         self._models = {}
         self._client = pybullet.connect(pybullet.DIRECT)
@@ -311,8 +315,7 @@ class DynamicMotion:
         for index, group in enumerate(self.team.groups):
             inner, limits, numbers = self._inner[index], self._limits[index], group.numbers
             target = group.drive.target(group.of(command), inner, limits, numbers)
-            rates = group.drive.rates(limits, numbers)
-            self._inner[index], _ = ramp(inner, target, rates, self.step)
+            self._inner[index], _ = ramped(inner, target, self._most[index])
             speeds[group.rows] = self._rates(index, group)
         return speeds
 

@@ -11,6 +11,7 @@ import pybullet
 
 from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.neighbours import squared
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
 from mrs_simulator.world.contact.broad_phase import BroadPhase
@@ -26,6 +27,7 @@ LEVEL = 0.01  # [rad] of tilt, and
 # [m/s, rad/s] of bouncing, rolling and pitching, below which it stands on all its wheels
 CALM = 0.05
 WORTH = 2000  # [-] steps that take numpy as long as numba takes to load
+EVERY = slice(None)
 QUICKER = 0.5  # [m/s] by which a robot may become faster in a step
 
 
@@ -114,15 +116,16 @@ class PlanarMotion(DynamicMotion):
         for forces in filter(None, self._sliding):
             self._slide(forces, pose, twist)
         solved = list(self._bodies)
-        pose[solved], twist[solved] = self.pose[solved], self.twist[solved]
         if solved:
+            pose[solved], twist[solved] = self.pose[solved], self.twist[solved]
             self._solve(speeds, mirrored[0], solved, pose, twist)
         for forces, counted in zip(self._pushed + self._sliding, 2 * self._counted):
             if forces is not None:
                 counted[forces.members] += forces.travel
                 forces.reset()
         self.pose, self.twist = pose, twist
-        self.place(self._mirrored, *mirrored)
+        if len(self._mirrored):
+            self.place(self._mirrored, *mirrored)
 
     def _rates(self, index, group):
         forces, inner = self._sliding[index], self._inner[index]
@@ -133,9 +136,9 @@ class PlanarMotion(DynamicMotion):
 
     def _roll(self, speeds, pose, twist):
         """Move robots that roll in the plane, in place; tipping ones are left to the solver."""
-        rows = self._rolling
-        if not len(rows):
+        if not len(self._rolling):
             return
+        rows = EVERY if len(self._rolling) == self.team.n else self._rolling
         rims = speeds[rows].T * self._radius[rows]
         own = pose[rows], twist[rows]
         move = same_bits(compiled_rolled, WORTH) or rolled
@@ -145,7 +148,7 @@ class PlanarMotion(DynamicMotion):
         turned /= self._radius[rows]
         if tips.any():
             turned[:, tips] = 0.0
-            self._put_in(rows[tips].tolist())
+            self._put_in(self._rolling[tips].tolist())
         self._angles[rows] += turned.T
 
     def _slide(self, forces, pose, twist):
@@ -208,8 +211,9 @@ class PlanarMotion(DynamicMotion):
         """Put robots that may touch something into the solver, and take free ones out."""
         before = np.zeros(self.team.n, dtype=bool)
         solved = list(self._bodies)
-        before[solved] = True
-        fastest = np.sqrt((self.twist[:, :2] ** 2).sum(axis=1).max())
+        if solved:
+            before[solved] = True
+        fastest = np.sqrt(squared(self.twist[:, :2]).max())
         near = self._broad_phase.near(self.pose[:, :2], self.step * (fastest + QUICKER), before)
         if near is None and not solved:
             return

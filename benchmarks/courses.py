@@ -167,11 +167,8 @@ def main():
     parser.add_argument("--engine", default="pybullet", help="what moves robots on wheels")
     parser.add_argument("--limits", default="firmware", help="of the robots")
     given = parser.parse_args()
-    print(
-        "{:20}{:>7}{:>15}{:>10}{:>12}{:>12}".format(
-            "kind", "speed", "predicted [m]", "true [m]", "beside [m]", "run on [s]"
-        )
-    )
+    text = "{:20}{:>7}{:>15}{:>10}{:>12}{:>12}"
+    print(text.format("kind", "speed", "predicted [m]", "true [m]", "beside [m]", "run on [s]"))
     for kind in given.kinds:
         for share in given.shares:
             found, name, held = worst(kind, share, given.period, given.engine, given.limits)

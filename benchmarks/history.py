@@ -33,11 +33,9 @@ COLUMNS = (
     "reference",
 )
 # How a value goes with the machine's speed: it grows with it, falls with it, or is what it is.
-GROWS, FALLS, PLAIN = (
-    ("x real time", "rows/s", "1/s"),
-    ("s", "ms", "us"),
-    ("bytes", "-", "share", "x"),
-)
+GROWS = ("x real time", "rows/s", "1/s")
+FALLS = ("s", "ms", "us")
+PLAIN = ("bytes", "-", "share", "x")
 MOST_LOAD = 0.3  # [-] cores that others may use meanwhile
 OVERRIDE = "MRS_SIMULATOR_BENCHMARK_LOAD"  # another such bound, for what compares by turns
 LAST = 5  # [-] earlier entries whose median is compared with
@@ -155,11 +153,8 @@ class Report:
             if row["benchmark"] == benchmark and all(row[key] == machine[key] for key in machine)
         ]
         self._rows = []
-        print(
-            "{cpu}, {cores} cores, {versions}, reference {reference} /s, {load}".format(
-                load=load, **self._same
-            )
-        )
+        text = "{cpu}, {cores} cores, {versions}, reference {reference} /s, {load}"
+        print(text.format(load=load, **self._same))
         print("{:44} {:>6} {:>12} {:14} {}".format("case", "n", "value", "unit", "than before"))
 
     def note(self, case, n, value, unit):

@@ -272,11 +272,7 @@ ROWS = {  # name: (package or command that it takes, measure, what is included)
     "by arrays": ("mrs_simulator", ours("kinematic", "Formation"), "the law, " + RECORDED),
     "by arrays, compiled": ("numba", ours("kinematic", "Formation", True), "the law, " + RECORDED),
     "full dynamics": ("pybullet", ours("dynamic", "Formation"), "the law, wheels, " + RECORDED),
-    "ARGoS 3": (
-        "argos3",
-        by_command(argos, 10.0),
-        "dynamics2d, one iteration a step, no law",
-    ),
+    "ARGoS 3": ("argos3", by_command(argos, 10.0), "dynamics2d, one iteration a step, no law"),
     "Stage": (
         "stage",
         by_command(stage, 10.0, OVER),
@@ -292,11 +288,9 @@ ROWS = {  # name: (package or command that it takes, measure, what is included)
 def is_here(name):
     """Return whether what the row ``name`` takes is installed."""
     needed = ROWS[name][0]
-    return (
-        shutil.which(needed) is not None
-        if needed in ("argos3", "stage")
-        else bool(find_spec(needed))
-    )
+    if needed in ("argos3", "stage"):
+        return shutil.which(needed) is not None
+    return bool(find_spec(needed))
 
 
 def measured(name, n, seconds):

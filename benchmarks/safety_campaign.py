@@ -45,9 +45,8 @@ AT_GOAL = 0.05  # [-] of the way
 AFTER = 1.0  # [s] for which runs go on after all arrived
 LONGEST = 400.0  # [s] of a run without the filter
 APART = 1000.0  # [m] between robots that are alone
-TOUCHING = (
-    1e-6  # [m] within which bodies touch: without forces the world puts those that met side by side
-)
+# [m] within which bodies touch: without forces the world puts those that met side by side
+TOUCHING = 1e-6
 MIXED = {"ground": "mixed ground", "water": "mixed water", "air": "mixed air"}
 BOTH = "ground and air"
 WAYS = ("head on", "ring", "random")

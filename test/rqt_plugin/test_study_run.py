@@ -210,10 +210,7 @@ def test_a_simulation_that_has_ended_is_none_to_attach_to():
 def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
     reported = shipped("marching", speed=1.0)
     reported = reported._replace(control=reported.control._replace(protocol=protocol))
-    received = {
-        "stage": SimpleNamespace(speed=5.0),
-        "scenario": reported.to_yaml(),
-    }
+    received = {"stage": SimpleNamespace(speed=5.0), "scenario": reported.to_yaml()}
     run = study(connection=Connection(**received))
     assert run.do("simulate") == "attached to the running stage" and run.connection.asked == []
     assert run.scenario.poses.tolist() == reported.poses.tolist() and run.scenario.speed == 5.0
@@ -231,10 +228,7 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
 def test_attaching_takes_kinds_that_are_published_as_data(own, said):
     reported = shipped("consensus", speed=1.0)
     reported = reported._replace(kinds=("mine",) * reported.n, own_kinds={"mine": own})
-    received = {
-        "stage": SimpleNamespace(speed=1.0),
-        "scenario": reported.to_yaml(),
-    }
+    received = {"stage": SimpleNamespace(speed=1.0), "scenario": reported.to_yaml()}
     run = study(connection=Connection(**received))
     assert str(run.do("simulate")).startswith(said)
     assert (run.scenario.kinds[0] == "mine") == said.startswith("attached")

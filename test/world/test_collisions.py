@@ -247,11 +247,9 @@ def test_the_loop_pushes_robots_apart_to_numpys_bits(way, loose, skin, monkeypat
 
 def crowd(n):
     """Return poses, twists, collisions and distances of n robots that drive into each other for 4 s."""
-    world, draw, told = (
-        World(("pioneer3dx",) * n, grid(n), limits="top"),
-        np.random.default_rng(2),
-        [],
-    )
+    world = World(("pioneer3dx",) * n, grid(n), limits="top")
+    draw = np.random.default_rng(2)
+    told = []
     for step in range(200):
         if step % 50 == 0:
             command = draw.uniform(-1.0, 1.0, (n, 2))

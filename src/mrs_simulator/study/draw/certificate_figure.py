@@ -7,7 +7,7 @@ from matplotlib import rcParams
 
 from mrs_simulator.control.user_code import print_raised
 from mrs_simulator.study.draw.canvas import in_style, new_figure, save, settle, styled
-from mrs_simulator.study.draw.figure_parts import thin
+from mrs_simulator.study.draw.figure_parts import legend_of_all, thin
 from mrs_simulator.study.draw.log_ticks import label_log
 from mrs_simulator.study.draw.style import Look
 
@@ -41,11 +41,7 @@ def _figure(curves, look):
     panels = figure.subplots(len(curves), 1, squeeze=False)[:, 0]
     for axes, curve in zip(panels, curves):
         _draw(axes, curve)
-    handles = {}
-    for axes in panels:
-        handles.update(dict(zip(*reversed(axes.get_legend_handles_labels()))))
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    panels[0].legend(handles.values(), handles.keys(), ncol=len(handles), **place)
+    legend_of_all(panels)
     figure.align_ylabels(list(panels))
     settle(figure)
     return figure

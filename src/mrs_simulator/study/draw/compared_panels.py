@@ -76,10 +76,8 @@ def lay_curves(axes, runs, values_of, drawstyle="default"):
     ``values_of``: of a ``Run`` (m, n).
     """
     own = runs[0].run
-    colours, rows = (
-        robot_colours(own.robots),
-        {each: i for i, each in enumerate(own.robots.tolist())},
-    )
+    colours = robot_colours(own.robots)
+    rows = {each: i for i, each in enumerate(own.robots.tolist())}
     for place, each in enumerate(runs[1:], 1):
         for column, number in enumerate(each.run.robots.tolist()):
             line = thin(each.run.time, values_of(each.run)[:, column])

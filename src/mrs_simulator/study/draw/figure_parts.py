@@ -26,6 +26,8 @@ CHARACTER = 0.065  # [in] of a long one
 MOST_LINES = MOST_IN_LEGEND
 MOST_POINTS_PER_LINE = 2000
 MOST_POINTS = 60000  # over all lines of one panel
+# Where a legend lies that covers no data.
+ABOVE = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
 
 
 def emptied(figure, rows):
@@ -125,6 +127,14 @@ def entry_width(labels):
     return max([ENTRY_WIDTH, *(0.45 + CHARACTER * len(label) for label in labels)])
 
 
+def legend_of_all(panels):
+    """Draw above the first of ``panels`` one legend of what is in any of them."""
+    handles = {}
+    for axes in panels:
+        handles.update(dict(zip(*reversed(axes.get_legend_handles_labels()))))
+    panels[0].legend(handles.values(), handles.keys(), ncol=len(handles), **ABOVE)
+
+
 def legend_above(axes, labels=None, more=(), entry=ENTRY_WIDTH):
     """Put the legend above ``axes``, where it covers no data; only ``labels``, in order, if given.
 
@@ -141,5 +151,4 @@ def legend_above(axes, labels=None, more=(), entry=ENTRY_WIDTH):
     columns = -(-len(shown) // rows)
     # A legend fills column by column; people read row by row.
     shown = [pair for column in range(columns) for pair in shown[column::columns]]
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    axes.legend(*zip(*shown), ncol=columns, **place)
+    axes.legend(*zip(*shown), ncol=columns, **ABOVE)

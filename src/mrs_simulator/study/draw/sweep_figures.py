@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from mrs_simulator.study.draw.canvas import WIDTH, new_figure, settle, styled
+from mrs_simulator.study.draw.figure_parts import ABOVE, legend_of_all
 from mrs_simulator.verdict.requirements.results import known_bound
 
 PASSED, FAILED, UNJUDGED = "#2e8b57", "#c00000", "#8a8a8a"
@@ -133,7 +134,7 @@ def _curves(key, series, units):
         _draw_curve(axes, sorted(rows, key=lambda row: row[0][key]), key)
         axes.set_ylabel(_two_lines(name), fontsize=8)
     panels[-1].set_xlabel(axis_label(key, units))
-    _legend(panels)
+    legend_of_all(panels)
     settle(figure)
     return figure
 
@@ -152,14 +153,6 @@ def _draw_curve(axes, rows, key):
     if predicted:
         alone = "_" if len(predicted) == 1 else ""  # of one point no line is seen
         axes.plot(*zip(*predicted), "k--", lw=1.0, marker=alone, ms=12, label="Theory")
-
-
-def _legend(panels):
-    handles = {}
-    for axes in panels:
-        handles.update(dict(zip(*reversed(axes.get_legend_handles_labels()))))
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    panels[0].legend(handles.values(), handles.keys(), ncol=len(handles), **place)
 
 
 # Heat maps
@@ -323,8 +316,7 @@ def _stability_map(keys, measured, boundary, units):
     axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
     axes.set_xlabel(axis_label(x, units))
     axes.set_ylabel(axis_label(y, units))
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    axes.legend(handles, names, ncol=3 if len(names) < 4 else 2, **place)
+    axes.legend(handles, names, ncol=3 if len(names) < 4 else 2, **ABOVE)
     settle(figure)
     return figure
 
@@ -338,21 +330,32 @@ def _draw_boundary(axes, boundary, keys, low, high):
 
     ``keys``: (x key, y key, values of the others).
     """
-    for grids in boundary_grids(low, high):
+    name, known = boundary_within(boundary, keys, low, high)
+    if known is None:
+        return [], []
+    style = {"levels": [0.0], "colors": "k", "linewidths": 1.6, "linestyles": "dashed"}
+    axes.contour(*known, zorder=2, **style)
+    return [Line2D([], [], color="k", ls="--", lw=1.6)], ["theory: " + name]
+
+
+def boundary_within(boundary, keys, low, high):
+    """Return the name of the theorem's threshold, "" without one, and what contours take of its margins.
+
+    x values, y values and margins (rows y, columns x), whose zero line is the ``boundary``; None where it
+    does not lie between ``low`` and ``high``, (2,).  ``keys``: (x key, y key, values of the others).
+    """
+    for grids in _boundary_grids(low, high):
         name, margins = boundary(*keys[:2], *grids, keys[2])
         finite = np.isfinite(margins)
         # Between whole numbers of robots, say, there is no scenario.
         if finite.any(axis=0).sum() < 2 or finite.any(axis=1).sum() < 2:
             continue
-        if margins[finite].min() >= 0.0 or margins[finite].max() <= 0.0:
-            break
-        style = {"levels": [0.0], "colors": "k", "linewidths": 1.6, "linestyles": "dashed"}
-        axes.contour(*grids, np.ma.masked_invalid(margins), zorder=2, **style)
-        return [Line2D([], [], color="k", ls="--", lw=1.6)], ["theory: " + name]
-    return [], []
+        crosses = margins[finite].min() < 0.0 < margins[finite].max()
+        return name, (*grids, np.ma.masked_invalid(margins)) if crosses else None
+    return "", None
 
 
-def boundary_grids(low, high):
+def _boundary_grids(low, high):
     """Yield (x values, y values) from ``low`` to ``high``, (2,): real ones, then whole for x, y, both."""
     real = [np.linspace(a, b, BOUNDARY_POINTS) for a, b in zip(low, high)]
     whole = [np.arange(math.ceil(a), math.floor(b) + 1) for a, b in zip(low, high)]

@@ -128,20 +128,13 @@ def _lines(runs, keys, boundary):
         return "", []
     from matplotlib.figure import Figure  # slow to import
 
-    from mrs_simulator.study.draw.sweep_figures import boundary_grids
+    from mrs_simulator.study.draw.sweep_figures import boundary_within
 
-    for grids in boundary_grids(*_around(values.astype(float))):
-        name, margins = boundary(*keys, *grids, {})
-        finite = np.isfinite(margins)
-        # Between whole numbers, say of robots, there may be no scenario.
-        if finite.any(axis=0).sum() < 2 or finite.any(axis=1).sum() < 2:
-            continue
-        if margins[finite].min() >= 0.0 or margins[finite].max() <= 0.0:
-            return name, []
-        axes = Figure().add_subplot(1, 1, 1)
-        drawn = axes.contour(*grids, np.ma.masked_invalid(margins), levels=[0.0])
-        return name, [line.tolist() for line in drawn.allsegs[0] if len(line) > 1]
-    return "", []
+    name, known = boundary_within(boundary, (*keys, {}), *_around(values.astype(float)))
+    if known is None:
+        return name, []
+    drawn = Figure().add_subplot(1, 1, 1).contour(*known, levels=[0.0])
+    return name, [line.tolist() for line in drawn.allsegs[0] if len(line) > 1]
 
 
 def _around(values):

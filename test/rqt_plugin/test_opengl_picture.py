@@ -60,6 +60,11 @@ for name in ("plain", "fine", "painted"):
     has_card = canvas._card is not None
     assert canvas.grab().toImage().save(name + ".png")
     assert has_card == (canvas._card is not None), "OpenGL has failed"
+coast = Box(name="coast", x=0.0, y=-19.6, length=60.0, width=40.0, height=0.0, yaw=0.0)
+for by, card in (("opengl", Canvas()._card), ("painter", None)):
+    canvas._card = card
+    canvas.show_scene(scene._replace(obstacles=(coast,)))
+    assert canvas.grab().toImage().save("coast_by_" + by + ".png")
 print("drawn", flush=True)
 import os
 os._exit(0)
@@ -85,7 +90,7 @@ def pictures(tmp_path_factory):
     if ended.returncode == NONE_HERE:
         pytest.skip("no OpenGL 3.3 on a virtual screen")
     assert ended.returncode == 0, (folder / "log").read_text()[-3000:]
-    return {name: _read(str(folder / name) + ".png") for name in ("plain", "fine", "painted")}
+    return {path.stem: _read(str(path)) for path in folder.glob("*.png")}
 
 
 def _read(path):
@@ -176,10 +181,25 @@ def test_obstacles_and_trails_are_drawn(pictures, way):
 
 @BY_OPENGL
 def test_nothing_is_black_that_is_not_painted_black(pictures, way):
-    black = {name: (picture.max(axis=2) < 0.1).mean() for name, picture in pictures.items()}
+    black = {name: (pictures[name].max(axis=2) < 0.1).mean() for name in (way, "painted")}
     assert black[way] < 1.5 * black["painted"] + 0.002
 
 
 def test_smooth_edges_differ_from_steps_at_edges_alone(pictures):
     apart = np.abs(pictures["plain"] - pictures["fine"]).max(axis=2) > 0.02
     assert 0.001 < apart.mean() < 0.12
+
+
+def test_land_in_the_water_is_where_it_is_painted(pictures):
+    by_opengl, painted = pictures["coast_by_opengl"], pictures["coast_by_painter"]
+    for picture in (by_opengl, painted):
+        for place, colour in (((2.3, -0.9, 0.0), LIGHT.ground), ((0.2, 1.2, 0.0), LIGHT.water)):
+            part = around(picture, place, 8)
+            assert np.median(part, axis=0) == pytest.approx(colour, abs=0.03)
+    blue = [picture[..., 2] - picture[..., 0] > 0.05 for picture in (by_opengl, painted)]
+    assert (blue[0] != blue[1])[HEIGHT // 3 :].mean() < 0.05  # above, it fades to the horizon
+    shadow = np.array(LIGHT.ground) * (1.0 - LIGHT.shadow)  # of the robot that stands on the land
+    part = around(by_opengl, POSES[0] * (1.0, 1.0, 0.0), 30)
+    assert (np.abs(part - shadow).max(axis=1) < 0.03).sum() > 40
+    lines = np.abs(by_opengl[-80:] - np.array(LIGHT.ground)).max(axis=2) > 0.05
+    assert 0.02 < lines.mean() < 0.3

@@ -60,6 +60,11 @@ def instances(scene, obstacle_colour):
     return _merged([*found, *_obstacles(standing, obstacle_colour)])
 
 
+def land(scene):
+    """Return the ``Instances`` of a scene's land in the water, flat bodies, a list."""
+    return list(_obstacles([each for each in scene.obstacles if is_flat(each)], (0.0,) * 3))
+
+
 def _rows_of(kinds, known):
     """Yield each kind with the rows of its robots whose poses are ``known`` (n,)."""
     rows_of = {}  # by identity, since to hash a kind takes its time

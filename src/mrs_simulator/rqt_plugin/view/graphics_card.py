@@ -9,7 +9,7 @@ import numpy as np
 
 from mrs_simulator.pictures.camera import FIELD_OF_VIEW
 from mrs_simulator.pictures.ground import ON_WATER, STRENGTH, step
-from mrs_simulator.pictures.instances import instances, triangles
+from mrs_simulator.pictures.instances import instances, land, triangles
 from mrs_simulator.pictures.scene import BEAM, PATH_SHOWN
 from mrs_simulator.pictures.trails import shown_trails
 from mrs_simulator.pictures.view import View
@@ -23,7 +23,6 @@ from mrs_simulator.rqt_plugin.qt.QtGui import (
 )
 from mrs_simulator.rqt_plugin.view.shaders import BODY, LIT, RAY, SURROUNDINGS
 from mrs_simulator.rqt_plugin.widgets.guard import LOG
-from mrs_simulator.scenario.surroundings.obstacles import is_flat
 
 try:
     from OpenGL import GL
@@ -97,9 +96,8 @@ class GraphicsCard:
         self._context.doneCurrent()
 
     def suits(self, scene):
-        """Return whether it draws all of the ``scene``, and as soon as the painter would."""
-        quick = not self.is_software or len(scene.kinds) <= MOST_BY_SOFTWARE
-        return quick and not any(map(is_flat, scene.obstacles))  # no land
+        """Return whether it draws the ``scene`` as soon as the painter would."""
+        return not self.is_software or len(scene.kinds) <= MOST_BY_SOFTWARE
 
     def picture(self, scene, camera, size, palette, is_fine=True):
         """Return a ``QImage`` of ``size`` (width, height) [pixels] of a ``Scene`` as ``camera`` has it.
@@ -138,9 +136,15 @@ class GraphicsCard:
 
     def _draw(self, scene, view):
         GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT)
-        self._draw_surroundings(scene, view)
+        matrix, palette = _matrix(view), view.palette
+        GL.glDisable(GL.GL_DEPTH_TEST)
+        if scene.on_water:
+            self._draw_surroundings(view, palette.water, ON_WATER)
+            self._draw_land(scene, view, matrix)
+        else:
+            self._draw_surroundings(view, palette.ground, STRENGTH)
         GL.glEnable(GL.GL_DEPTH_TEST)
-        matrix, groups = _matrix(view), self._uploaded(instances(scene, view.palette.obstacle))
+        groups = self._uploaded(instances(scene, palette.obstacle))
         solid = [each for each in groups if each.opacity == 1.0]
         GL.glUseProgram(self._bodies.name)
         self._bodies.give(camera=matrix, light=_light(view), eye=view.eye, dark=view.palette.shadow)
@@ -183,16 +187,33 @@ class GraphicsCard:
         _blend(False)
         GL.glDepthFunc(GL.GL_LESS)
 
-    def _draw_surroundings(self, scene, view):
-        palette, water, wide = view.palette, scene.on_water, step(view)
-        half = np.tan(np.radians(0.5 * FIELD_OF_VIEW))
-        GL.glDisable(GL.GL_DEPTH_TEST)
+    def _draw_land(self, scene, view, matrix):
+        """Draw the ground anew where there is land in the water."""
+        groups = self._uploaded(land(scene))
+        GL.glUseProgram(self._bodies.name)
+        self._bodies.give(camera=matrix, flat_share=0.0)
+        GL.glEnable(GL.GL_STENCIL_TEST)
+        GL.glEnable(GL.GL_DEPTH_CLAMP)  # a coast goes on beyond what is seen of bodies
+        GL.glStencilFunc(GL.GL_ALWAYS, 1, 255)
+        GL.glStencilOp(GL.GL_KEEP, GL.GL_KEEP, GL.GL_REPLACE)
+        GL.glColorMask(*[GL.GL_FALSE] * 4)
+        _draw_groups(groups)
+        GL.glColorMask(*[GL.GL_TRUE] * 4)
+        GL.glDisable(GL.GL_DEPTH_CLAMP)
+        GL.glStencilFunc(GL.GL_EQUAL, 1, 255)
+        GL.glStencilOp(GL.GL_KEEP, GL.GL_KEEP, GL.GL_KEEP)
+        self._draw_surroundings(view, view.palette.ground, STRENGTH)
+        GL.glDisable(GL.GL_STENCIL_TEST)
+        GL.glClear(GL.GL_STENCIL_BUFFER_BIT)
+
+    def _draw_surroundings(self, view, ground, strength):
+        """Draw a ``ground`` of that colour, with lines of some ``strength``, and the sky."""
+        palette, half = view.palette, np.tan(np.radians(0.5 * FIELD_OF_VIEW))
         GL.glUseProgram(self._surroundings.name)
         self._surroundings.give(
             axes=view.camera.axes.T, slope=(half * view.width / view.height, half), eye=view.eye,
-            ground=palette.water if water else palette.ground, sky=palette.sky,
-            lines=palette.lines, wide=wide, reach=3.0 * view.camera.distance,
-            strength=ON_WATER if water else STRENGTH,
+            ground=ground, sky=palette.sky, lines=palette.lines, strength=strength,
+            wide=step(view), reach=3.0 * view.camera.distance,
         )  # fmt: skip
         GL.glBindVertexArray(self._empty)
         GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)

@@ -48,7 +48,16 @@ def test_the_nearest_velocities_are_those_of_a_plain_solver():
     np.testing.assert_allclose(safe.ravel(), plain, atol=1e-4)
 
 
-@pytest.mark.parametrize("n, apart, steps", [(2, 1.5, 400), (10, 1.5, 400), (50, 0.81, 40)])
+@pytest.mark.parametrize(
+    "n, apart, steps",
+    [
+        (2, 1.5, 400),
+        (10, 1.5, 150),
+        (50, 0.81, 15),
+        pytest.param(10, 1.5, 400, marks=pytest.mark.release),
+        pytest.param(50, 0.81, 40, marks=pytest.mark.release),
+    ],
+)
 def test_points_sent_into_one_place_never_come_too_close(n, apart, steps):
     draw = np.random.default_rng(n)
     places = np.stack(np.meshgrid(np.arange(10.0), np.arange(10.0)), -1)

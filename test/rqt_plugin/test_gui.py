@@ -33,6 +33,8 @@ until(formed, 80.0)
 assert gui.map.grab().width() > 300
 click("stop")
 until(lambda: not gui.study.is_controlled())
+click("pause")  # or the stage would keep a core busy meanwhile
+until(lambda: gui.connection.newest("stage").paused)
 gui.save_results(sys.argv[2])
 # The verdict in passing stands there already: that of the saved run brings its tab to the front.
 until(lambda: gui.results_tabs.currentWidget() is gui.verdict)

@@ -123,15 +123,15 @@ def test_verdicts_of_earlier_versions_are_read():
 
 @pytest.mark.parametrize("options, code", [([], 0), (["--require-verdict"], 3)])
 def test_programs_exit_with_it(tmp_path, monkeypatch, capsys, options, code):
-    path = without_claims(tmp_path, 1.0)
+    path, options = without_claims(tmp_path, 1.0), [*options, "--formats", ""]
     with pytest.raises(SystemExit) as ended:
         command.main([str(path), "--out", str(tmp_path / "out"), *options])
     assert ended.value.code == code
     with pytest.raises(SystemExit) as ended:
-        again = ["--out", str(tmp_path / "again"), "--formats", "png"]
+        again = ["--out", str(tmp_path / "again")]
         report.main([str(tmp_path / "out" / "run.csv"), *again, *options])
     assert ended.value.code == code
-    arguments = ["verdict", str(tmp_path / "out" / "verdict.json"), *options]
+    arguments = ["verdict", str(tmp_path / "out" / "verdict.json"), *options[:-2]]
     monkeypatch.setattr(sys, "argv", arguments)
     with pytest.raises(SystemExit) as ended:
         verdicts.main()

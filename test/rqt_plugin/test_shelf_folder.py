@@ -13,7 +13,7 @@ from mrs_simulator.rqt_plugin.shelf.comparison import (
     parameter_rows,
     told_apart,
 )
-from mrs_simulator.rqt_plugin.shelf.differences import differing, flat
+from mrs_simulator.rqt_plugin.shelf.differences import differing, flat, telling
 from mrs_simulator.rqt_plugin.shelf.folder import Shelf
 from mrs_simulator.rqt_plugin.shelf.run_row import broken
 from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
@@ -167,6 +167,16 @@ def test_what_differs_between_scenarios_is_named_in_few_words():
     texts = [each.text for each in found]
     assert texts == ["k 0.5 \u2192 1", "rate 50 \u2192 20", "other poses", "seed \u2013 \u2192 3"]
     assert differing((flat(content), flat(content))) == []
+    laws = [
+        {"control": {"protocol": law, "parameters": {name: 0.5, "l": 0.1}}, "seed": seed}
+        for law, name, seed in (("formation", "k", 0), ("consensus", "gain", 3))
+    ]
+    found = differing(list(map(flat, laws)))
+    assert len(found) == 4
+    assert [each.text for each in telling(found)] == [
+        "protocol formation \u2192 consensus",
+        "seed 0 \u2192 3",
+    ]
 
 
 def test_runs_of_one_name_are_told_apart_by_what_differs():

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from mrs_simulator.rqt_plugin.shelf.differences import differing, value_text
+from mrs_simulator.rqt_plugin.shelf.differences import differing, telling, value_text
 from mrs_simulator.verdict.requirements.results import known_bound
 
 MOST_IN_NAME = 2  # [-] differing values
@@ -22,7 +22,7 @@ def told_apart(runs):
     names = [run.name for run in runs]
     if len(set(names)) == len(names):
         return list(runs)
-    found = differing([run.keys for run in runs])
+    found = telling(differing([run.keys for run in runs]))
     result, taken = [], set()
     for place, run in enumerate(runs):
         texts = ["{} {}".format(each.short, value_text(each.values[place])) for each in found]

@@ -6,6 +6,7 @@ ABSENT = object()  # the value of a key that a scenario has not
 NAMES = ("title", "speed")  # keys that change nothing of a run
 LONGEST = 24  # [characters] of a value in a line
 NOTHING = "\u2013"
+LAW = "control.protocol"
 PREFIXES = ("control.parameters.", "control.")  # left out of a key's short name
 
 
@@ -53,6 +54,18 @@ def differing(runs):
         if any(value != values[0] for value in values[1:]):
             found.append(Difference(key, values))
     return sorted(found, key=lambda each: not each.key.startswith(PREFIXES[0]))
+
+
+def telling(differences):
+    """Return those of ``differences`` that tell runs apart in few words, the law first.
+
+    Of runs of two laws a parameter that one of them has not says no more than that.
+    """
+    laws = [each for each in differences if each.key == LAW]
+    rest = [each for each in differences if each.key != LAW]
+    if laws:
+        rest = [e for e in rest if not (e.key.startswith(PREFIXES[0]) and ABSENT in e.values)]
+    return laws + rest
 
 
 def value_text(value):

@@ -5,7 +5,7 @@ import time
 
 from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractListModel, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QAbstractItemView, QListView
-from mrs_simulator.rqt_plugin.shelf.differences import differing
+from mrs_simulator.rqt_plugin.shelf.differences import differing, telling
 from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, LINES, LOW_LINES, RunRow
 from mrs_simulator.rqt_plugin.shelf.thumbnail import Thumbnails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -68,7 +68,7 @@ class RunModel(QAbstractListModel):
         before = next((each.keys for each in earlier if each.keys), None)
         if not keys or before is None:
             return ""
-        found = [each.text for each in differing((before, keys))]
+        found = [each.text for each in telling(differing((before, keys)))]
         more = ["..."] if len(found) > MOST_NAMED else []
         return ", ".join(found[:MOST_NAMED] + more) or SAME
 

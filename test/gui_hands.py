@@ -11,7 +11,7 @@ import time
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from PyQt5.QtCore import QPoint, QPointF, Qt, QTimer
-from PyQt5.QtGui import QPainter, QWheelEvent
+from PyQt5.QtGui import QPainter
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
     QAbstractButton,
@@ -27,19 +27,18 @@ from PyQt5.QtWidgets import (
 )
 
 PICTURES = "MRS_PICTURES"  # names the directory that pictures go to, if any
-LIMIT = 60.0  # [s] of wall time for anything to come about
+LIMIT = 120.0  # [s] of wall time for anything to come about
 STEPS = 6  # [-] of a drag
-NOTCH = 120  # of a wheel, as Qt counts
 MARKUP = re.compile("<[^>]*>|&(?!amp;)")
 
 
 class Person:
-    """Uses a window and its dialogs; ``clicks`` counts presses of the mouse, ``keys`` those of keys."""
+    """Uses a window and its dialogs; ``clicks`` counts presses of the mouse."""
 
     def __init__(self, window, name=""):
         """``name``: that pictures begin with."""
-        self.window, self.clicks, self.keys = window, 0, 0
-        self._name, self._pictures, self._failed = name, 0, None
+        self.window, self.clicks = window, 0
+        self._name, self._pictures = name, 0
 
     # Looking -------------------------------------------------------------------------------------
 
@@ -90,7 +89,6 @@ class Person:
 
     def dialog(self, title):
         """Return the dialog whose title begins with ``title``, once it is shown."""
-
         self.until(lambda: _dialogs(title))
         return _dialogs(title)[0]
 
@@ -137,15 +135,6 @@ class Person:
         """Move the mouse to ``at`` [px] in ``widget``."""
         window, place = self._place(widget, at)
         QTest.mouseMove(window, place)
-
-    def wheel(self, widget, notches, at=None):
-        """Turn the wheel over ``widget``."""
-        _, place = self._place(widget, at)
-        at, under = widget.window().mapToGlobal(place), widget.window().childAt(place)
-        own = QPointF(under.mapFromGlobal(at)), QPointF(at)
-        turned = QPoint(0, 0), QPoint(0, NOTCH * notches)
-        how = Qt.NoButton, Qt.NoModifier, Qt.NoScrollPhase, False
-        QApplication.sendEvent(under, QWheelEvent(*own, *turned, *how))
 
     def tab(self, text):
         """Click on the tab that begins with ``text``."""
@@ -242,7 +231,6 @@ class Person:
     def key(self, key, held=Qt.NoModifier, times=1):
         """Press ``key`` in the window that has the focus."""
         for _ in range(times):
-            self.keys += 1
             QTest.keyPress(self._in_front(), key, held)
             QTest.keyRelease(self._in_front(), key, held)  # another one, where that was closed
 

@@ -142,7 +142,7 @@ class ScenarioPicker(QDialog):
         self._groups = dict.fromkeys(paths, SHIPPED)
         for path in recent:
             self._groups[path] = EDITS if self._memory.is_edits(path) else RECENT
-        paths.sort(key=lambda path: os.path.basename(path) not in FIRST)
+        paths.sort(key=lambda path: _place(os.path.basename(path)))
         order = [*recent, *(path for path in paths if path not in recent)]
         palette = self.palette()
         colours = palette.color(QPalette.Base), palette.color(QPalette.Text)
@@ -195,6 +195,11 @@ class ScenarioPicker(QDialog):
         super().hideEvent(event)
         self._timer.stop()
         self._cards.close()
+
+
+def _place(name):
+    """Return what shipped scenarios are sorted by."""
+    return FIRST.index(name) if name in FIRST else len(FIRST)
 
 
 def _matches(words, wanted):

@@ -41,6 +41,7 @@ class ScenarioFiles:
             say(ErrorMessage("not opened: {}".format(reason(error))))
             return
         self._live.put_away()
+        self._panels.shelf.list.clear_compared()
         self._panels.map.fit(whole=True)  # without the trails of the run before
         self.saved_text = self.text()
         self.memory.opened(path, self.saved_text)

@@ -315,6 +315,9 @@ def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
 
 def test_the_panel_tells_state_rate_and_age(study):
     study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensors.grab()
+    note, robots = study.sensors._note, study.sensors._robots
+    assert note.isVisible() and note.geometry().left() > robots.geometry().right()
     study.selection.choose(2)
     compass = CompassReading(0.0, 0.5)
     hear(study, ("sonar", compass), number=2)

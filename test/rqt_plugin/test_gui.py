@@ -590,3 +590,27 @@ def test_a_run_over_ros_in_which_no_robot_moves_ends_after_its_duration(gui, tmp
     run = read_run(str(path))
     assert run.time[-1] - run.time[0] >= 1.8 and (run.command == 0.0).all()
     assert (run.pose == run.pose[0]).all() and not run.meta.get("uncommanded")
+
+
+def test_a_window_whose_master_is_killed_in_a_run_goes_on_and_its_emergency_stop_works(gui, ros):
+    gui(
+        """
+import signal
+click("simulate")
+until(lambda: gui.connection.is_fresh("stage"))
+click("control")
+until(gui.study.is_controlled)
+os.kill(int(sys.argv[2]), signal.SIGKILL)
+until(lambda: "master does not answer" in gui.banners.text("master"))
+held = len(gui.history.time)
+until(lambda: len(gui.history.time) > held + 5)  # the run goes on, and is shown
+click("emergency")
+until(lambda: gui.connection.newest("control").trouble == "emergency stop")
+gui.save_results(sys.argv[3])
+until(lambda: gui.results_tabs.currentWidget() is gui.verdict)
+assert gui.verdict.row("ended")
+""",
+        ros.master.pid,
+        os.path.join(ros.directory, "saved"),
+    )
+    assert len(read_run(os.path.join(ros.directory, "saved", "run.csv")).time) > 5

@@ -280,7 +280,10 @@ build_package() {
 # Compiles what moves robots in long runs, beside the demo; else the first such run does.
 compile_ahead() {
   local key
-  key="$root $(cat "$root/requirements.txt" "$root"/src/mrs_simulator/world/motion/{stretches,fused_stepping}.py | cksum)"
+  key="$root $({
+    cat "$root/requirements.txt" "$root"/src/mrs_simulator/world/motion/{stretches,fused_stepping}.py
+    find "$root/src" -name 'compiled*.py' -print0 | sort -z | xargs -0 -r cat
+  } | cksum)"
   done_with "$root/build/compiled" "$key" && return
   echo "$key" >"$root/build/compiled"
   setsid nice -n 19 "$root/.venv/bin/python" -m mrs_simulator.study.run.compile_ahead \

@@ -9,7 +9,13 @@ import pytest
 
 from mrs_simulator import PioneerControl, load_scenario
 from mrs_simulator.control.array_law import array_law
-from mrs_simulator.core import compiled_terms, compiling, edge_terms
+from mrs_simulator.core import (
+    compiled_neighbours,
+    compiled_terms,
+    compiling,
+    edge_terms,
+    neighbours,
+)
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES
@@ -26,12 +32,14 @@ from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.scenario.team.estimates import Estimates
 from mrs_simulator.scenario.team.mismatch import Mismatch
 from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
-from mrs_simulator.study.run.compile_ahead import compile_ahead
+from mrs_simulator.study.run.compile_ahead import compile_ahead, compile_loops
 from mrs_simulator.study.run.compile_ahead import main as compile_main
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
-from mrs_simulator.world.contact import bodies
+from mrs_simulator.vehicles.drives import compiled_flight
+from mrs_simulator.world.contact import bodies, compiled_contacts, contacts
 from mrs_simulator.world.incidents.faults import Faults
-from mrs_simulator.world.motion import fused_stepping, kinematic, stretches
+from mrs_simulator.world.motion import compiled as compiled_motion
+from mrs_simulator.world.motion import compiled_rolling, fused_stepping, kinematic, stretches
 from mrs_simulator.world.part import Part
 from mrs_simulator.world.world import World
 
@@ -120,7 +128,7 @@ def compiled(monkeypatch):
         monkeypatch.setattr(compiling, "_chosen", lambda: "1")
         # Only the stretches are on trial.
         monkeypatch.setattr(edge_terms, "compiling", type("no", (), {"is_wanted": lambda: False}))
-        for module in (kinematic, bodies):
+        for module in (kinematic, bodies, contacts, neighbours):
             monkeypatch.setattr(module, "same_bits", lambda *_: None)
 
     function = kernel_of(lambda kernel: kernel)
@@ -300,6 +308,16 @@ def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
 def test_what_ships_is_compiled_ahead(compiled):
     compiled()
     assert compile_ahead(["paper", "reynolds", "paper_dynamic"]) == ["paper"]
+
+
+@pytest.mark.release  # compiling takes long
+def test_contacts_and_forces_are_compiled_ahead():
+    pytest.importorskip("numba")
+    compile_loops()
+    loops = compiled_neighbours.compiled_pairs(), compiled_motion.compiled_feel()
+    loops += compiled_contacts.compiled_push(), compiled_contacts.compiled_note()
+    loops += *compiled_rolling.kernels(), *compiled_flight.compiled_loops()
+    assert all(loop.signatures for loop in loops)
 
 
 def test_the_command_prints_for_what_it_compiled(compiled, capsys):

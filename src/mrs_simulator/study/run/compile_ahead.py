@@ -13,7 +13,7 @@ from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
 from mrs_simulator.study.bad_input import refusing_bad_input
-from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.study.run.experiment import Experiment, steps_of
 
 MEETING = {  # under the safety filter
     "poses": [[0.0, 0.0, 0.0], [1.5, 0.0, 3.1416]],
@@ -22,6 +22,25 @@ MEETING = {  # under the safety filter
     "topology": {"preset": "complete"},
     "control": {"protocol": "consensus", "safety": True},
 }
+# A crowd that is drawn together, of so many that pairs are looked for in a grid.
+TOUCHING = {
+    "robots": 289,
+    "poses": {"layout": "grid", "spacing": 0.65},
+    "limits": "top",
+    "duration": 1.0,
+    "topology": {"preset": "path"},
+    "control": {"protocol": "consensus"},
+}
+FORCED = {
+    "poses": [[0.0, 0.0, 0.0], [4.0, 0.0, 3.1416]],
+    "fidelity": "dynamic",
+    "limits": "top",
+    "duration": 0.4,
+    "topology": {"preset": "complete"},
+    "control": {"protocol": "consensus"},
+}
+ROLLING = dict(FORCED, engine="planar")
+FLYING = dict(FORCED, model="crazyflie2", altitude=1.0)
 
 
 def compile_ahead(names):
@@ -34,26 +53,36 @@ def _compile(scenario):
     safety = experiment.control.safety_filter
     try:
         if safety.acts and not safety.sensors:
-            _compile_filter()
+            _compile_run(MEETING)
             return True
         return experiment.compile()
     finally:
         experiment.world.close()
 
 
-def _compile_filter():
-    """Compile the safety filter, by two robots that head for each other."""
+def compile_loops():
+    """Compile what runs come to use after a while: the loops of contacts, and of wheels and rotors with
+    forces."""
+    for content in (TOUCHING, ROLLING, FLYING):
+        _compile_run(content)
+
+
+def _compile_run(content):
+    """Compile the loops that a run of the scenario ``content`` uses."""
     with chosen("1"):
-        experiment = Experiment(scenario_from_dict(MEETING))
+        experiment = Experiment(scenario_from_dict(content))
         try:
-            list(experiment.samples())
+            experiment.begin()
+            for _ in range(steps_of(experiment.scenario)):
+                experiment.go_on()
         finally:
             experiment.world.close()
 
 
 @printing
 def main(argv=None):
-    """Compile for the scenarios named, by default for all that ship, and print for which.
+    """Compile for the scenarios named, and print for which; by default for all that ship, and the loops of
+    contacts and of forces.
 
     Exits with 2 without numba, where the environment forbids compiling, and for bad scenarios.
     """
@@ -64,6 +93,8 @@ def main(argv=None):
     with refusing_bad_input("compile"):
         _check_able()
         done = compile_ahead(names or sorted(shipped))
+        if not names:
+            compile_loops()
     print("compiled: " + (", ".join(done) or "none of them can be"))
 
 

@@ -7,6 +7,7 @@ from protocol_fixtures import shipped
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.record.run_changes import Change, controller_settings, to_plain
 from mrs_simulator.scenario.incidents import PUSHED
+from mrs_simulator.scenario.reading import read_json
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run import ahead
 from mrs_simulator.study.run.ahead import Edit, keep_ahead, look_ahead, look_further, prepare_ahead
@@ -89,6 +90,17 @@ def test_a_look_that_is_kept_is_a_run_whose_pushes_are_events_of_its_scenario(ru
     found = read_run_csv(str(again / "run.csv")).pose
     assert found[: ROW + 1].tolist() == kept.pose[: ROW + 1].tolist()
     assert np.hypot(*(found[ROW + 1, 0, :2] - [8.0, -3.0])) < 0.2
+
+
+def test_a_look_with_an_edge_less_is_kept_as_a_run_that_obeys_its_law(tmp_path):
+    path = str(tmp_path / "kept")
+    scenario = shipped("displacement_formation")._replace(duration=12.0)
+    at = ahead.Moments(scenario).at(1.0).world.pose.copy()
+    keep_ahead(scenario, [], Edit(1.0, at, {}, {}, ([*scenario.topology.edges[1:]], False)), path)
+    checks = {each["name"]: each for each in read_json(path + "/verdict.json")["checks"]}
+    followed = [check for name, check in checks.items() if "law" in name]
+    assert "changed during the run: edges" in followed[0]["note"]
+    assert [check["name"] for check in followed if not check["passed"]] == []
 
 
 def test_what_cannot_be_looked_at_is_refused(run, tmp_path):

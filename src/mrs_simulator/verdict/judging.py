@@ -160,7 +160,8 @@ def since_changes(control, run):
     if not changes or run.scenario is None:
         return control, run, Theory()
     scenario, text = changed_by(run.scenario, changes), changes_text(run.scenario, changes)
-    first = int(np.searchsorted(run.time - run.time[0], changes[-1].time - BESIDE))
+    # A sample at the change itself may hold the command from before it.
+    first = int(np.searchsorted(run.time - run.time[0], changes[-1].time + BESIDE, side="right"))
     begin = command_after(run.time, first, control.period)
     same = scenario.control.protocol == run.scenario.control.protocol
     known = same and control.MEMORYLESS and not control.links.faults

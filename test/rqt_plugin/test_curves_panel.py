@@ -245,6 +245,21 @@ def test_error_and_theory_are_shown_on_a_log_scale(panel):
     assert len(lines(panel)) == 1
 
 
+def test_theory_that_goes_to_infinity_leaves_the_run_in_sight(panel):
+    history = make_history(30)
+    panel.set_history(history)
+    panel.set_error(lambda pose: 2.0 + 0.0 * pose[:, 0, 0])
+    panel.set_prediction(
+        history.time, np.append(np.logspace(0, 300, len(history.time) - 1), np.inf)
+    )
+    panel._tabs.setCurrentIndex(ERROR)
+    settle(panel)
+    run, theory = lines(panel)
+    low, high = panel._plot.axes.get_ylim()
+    assert low < run.get_ydata().min() and run.get_ydata().max() < high < 100.0
+    assert np.isfinite(theory.get_ydata()).sum() == 1
+
+
 def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
     history = make_history(5, begin=1.7e9)  # robots that stand
     panel.set_history(history)

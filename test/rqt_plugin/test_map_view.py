@@ -161,6 +161,14 @@ def test_the_wheel_zooms_about_the_cursor(view, notches):
     assert view.frame.scale == pytest.approx(scale * 1.2**notches)
 
 
+def test_a_forecast_that_goes_to_infinity_leaves_the_team_in_sight(view):
+    paths = POSES[:, :2] + np.array([0.0, 20.0, 1e6, 1e26, np.inf])[:, np.newaxis, np.newaxis]
+    view.show_forecast(paths)
+    view.fit()
+    low, high = view.frame.bounds()
+    assert (high > POSES[:, :2].max(axis=0) + 20.0).all() and np.max(high - low) < 500.0
+
+
 def test_zoom_has_bounds(view):
     for notches in (400, -800):
         wheel(view, QPoint(300, 300), notches)

@@ -295,6 +295,19 @@ def test_theory_is_a_dashed_black_line_held_against_hand_points(as_mapping):
     ]
 
 
+@pytest.mark.filterwarnings("error")
+def test_theory_that_goes_to_infinity_is_drawn_as_far_as_the_run_is_seen(tmp_path):
+    run = make_run(3)
+    growth = np.append(np.logspace(-3, 300, len(run.time) - 1), np.inf)  # 1 m at the second sample
+    theory = run.hand + np.where(growth < 1.0, 0.0, growth)[:, np.newaxis, np.newaxis]
+    theory[1] = run.hand[1] + 1.0
+    low, high = report.draw_trajectories(report.new_figure(), run, theory).get_xlim()
+    assert high - low < 11.0 * figure_parts.THEORY_REACH  # of a run of less than 10 m
+    line = named(report.draw_states(report.new_figure(), run, "x", theory), "Theory")
+    assert np.isfinite(line.get_ydata()).tolist() == [True] * 2 + [False] * (len(run.time) - 2)
+    assert len(report.figures(run, str(tmp_path), ("png",), theory)) == 4
+
+
 @pytest.mark.parametrize("n", [1, 20])
 def test_a_run_of_one_sample_draws(tmp_path, n):
     run = make_run(n, m=1)

@@ -62,6 +62,16 @@ def test_points_that_come_too_near_are_found_with_their_time():
     assert meetings(control.team, hand, time, z=np.array([0.0, 5.0])) == {}
 
 
+@pytest.mark.filterwarnings("error")
+def test_points_that_go_to_infinity_meet_nobody_there():
+    control = make_control(pair())
+    time = np.linspace(0.0, 1.0, 3)
+    hand = np.array(
+        [[[0.0, 0.0], [2.0, 0.0]], [[-1e200, 0.0], [1e200, 0.0]], [[-np.inf, 0.0], [np.inf, 0.0]]]
+    )
+    assert meetings(control.team, hand, time) == {}
+
+
 @pytest.mark.parametrize("law", (None, Claimed, Predicted))
 def test_meetings_are_foretold_with_the_remedies(law, tmp_path, capsys):
     (text,) = told(pair(), law)

@@ -67,7 +67,7 @@ def test_after_a_change_what_comes_then_is_looked_at_and_after_a_touch_nothing_o
     gains = run.scenario.to_dict()["control"]
     change = Change(5.0, "control", {**gains, "parameters": {"gain": 0.2}})
     rows, _ = standings(control, part_of(run, slice(0, 80)).replace(meta={"changes": [change]}))
-    assert of(rows, RATE)["predicted"] < 0.45 and "from 5.0 s on" in of(rows, RATE)["note"]
+    assert of(rows, RATE)["predicted"] < 0.45 and "from 5.1 s on" in of(rows, RATE)["note"]
     touched = part_of(run, slice(0, 80))
     touched.collisions = [Collision(3.0, "robot1", "crate", 0.0, 0.0)]
     rows, _ = standings(control, touched)

@@ -109,8 +109,12 @@ class Tracking(LinearErrors):
         return run.hand - self.wanted(run.time - run.time[0])
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def powers(step, start, counts):
-    """Return ``step^k start``, (m, n, d), for each k of ascending ``counts`` (m,)."""
+    """Return ``step^k start``, (m, n, d), for each k of ascending ``counts`` (m,).
+
+    Where that is beyond the largest number, inf or NaN.
+    """
     track, point, done = np.empty((len(counts),) + start.shape), start, 0
     jumps = {}
     for row, count in enumerate(counts.tolist()):

@@ -46,6 +46,7 @@ WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 SHORT, LEAST_STEP, STEPS = 5.0, 2.0, 8
 LONG = 0.01  # [s] of processor time of what is prepared, to be drawn a little later
 SMOOTH = 0.2  # [-] share of the newest in the mean cost of redraws, of which some are dear
+FAR = 10.0  # [-] times the largest error of a run, above which its theory is not drawn
 NO_RUN = "No run yet: Run (F5) starts one"
 
 
@@ -55,6 +56,13 @@ def _ahead_of(end):
         return end
     step = max(LEAST_STEP, 2.0 ** math.floor(math.log2(end)) / STEPS)
     return step * math.ceil(end / step - 1e-6)
+
+
+def _seen(theory, run):
+    """Return the ``Curve`` of ``theory``, NaN where it is too far off to see the ``run`` beside it."""
+    highest = np.nan if run is None else np.nanmax(np.append(run.values, 0.0))
+    most = FAR * highest if highest > 0.0 else np.finfo(float).max
+    return theory._replace(values=np.where(theory.values <= most, theory.values, np.nan))
 
 
 class _Canvas(FigureCanvasQTAgg):
@@ -388,14 +396,14 @@ class DrawnCurves(QWidget):
         if own is not None:
             found.append(own._replace(name=self._own_name, run=""))
         theories = self._theories()
-        found += theories.get(self._own_name, [])
+        found += [_seen(curve, own) for curve in theories.get(self._own_name, [])]
         if self._ahead is not None:
             when, error = self._ahead
             found.append(Curve(AHEAD, when, error, self._plot.ahead_style()))
         for place, other in enumerate(self._others, 1):
             curve = other.error_curve(self._plot.compared_style(place))
             found += [] if curve is None else [curve._replace(name=other.short_name)]
-            found += theories.get(other.short_name, [])
+            found += [_seen(each, curve) for each in theories.get(other.short_name, [])]
         return found, source.error.problem or ("" if found else NO_RUN)
 
     def _theories(self):

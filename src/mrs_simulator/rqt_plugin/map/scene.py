@@ -35,6 +35,7 @@ HINTS = {
 }
 EDGE_MODES = ("edges", "ahead")  # in which a click takes an edge away
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
+FORESEEN = 10.0  # [-] times the team's extent, as far as a forecast is brought into view
 REACH = 10.0  # [m] about a small team within which obstacles are brought into view
 LAYERS = ("trails", "forecast", "targets", "edges", "numbers", "legend")
 
@@ -375,9 +376,7 @@ class MapScene(QWidget):
         if everything and self.targets is not None and self.shown["targets"]:
             parts.append(self.targets[np.isfinite(self.targets).all(axis=1)])
         if everything and self._has_forecast():
-            parts.append(
-                self.forecast.reshape(-1, 2)[np.isfinite(self.forecast).all(axis=2).ravel()]
-            )
+            parts.append(self._foreseen(np.concatenate(parts)))
         if everything and self.shown["trails"]:
             parts.append(self.trails.bounds())
             parts += [trail for ghost in self.ghosts for trail in ghost.trails]
@@ -387,6 +386,18 @@ class MapScene(QWidget):
         low, high = points.min(axis=0), points.max(axis=0)
         reach = np.inf if self._whole else max(REACH, np.max(high - low))
         return np.stack(with_obstacles(low, high, self.obstacles, reach))
+
+    def _foreseen(self, points):
+        """Return the points (k, 2) [m] of the forecast, but for those too far to see the team beside them.
+
+        ``points`` (m, 2) [m]: of the team and its targets.  An unstable law's theory goes to infinity.
+        """
+        paths = self.forecast.reshape(-1, 2)
+        if not len(points):
+            return paths[np.isfinite(paths).all(axis=1)]
+        low, high = points.min(axis=0), points.max(axis=0)
+        reach = FORESEEN * max(REACH, np.max(high - low))
+        return paths[((paths >= low - reach) & (paths <= high + reach)).all(axis=1)]
 
     def _has_forecast(self):
         """Return whether there are paths of this team to be seen."""

@@ -17,6 +17,8 @@ RUN_DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (2
 # Without the pale end, which is too faint on white.
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
 FARTHEST_DRAWN = 1e100  # [m], whose differences are numbers
+LEAST_EXTENT = 10.0  # [m], of a drawing of robots that stand still
+THEORY_REACH = 5.0  # [-] times the run's extent, farther from it than which theory is not drawn
 FIRST_MARK, BETWEEN_MARKS = 0.03, 0.13  # [-] of the axes' diagonal
 MOST_IN_LEGEND = 12  # above it a colour bar distinguishes robots
 MOST_IN_LEGEND_ROW = 6
@@ -111,10 +113,22 @@ def points_of(run, prediction):
 
 
 def predicted_of(run, prediction):
-    """Return theory's times (p,) [s] and hand points (p, n, 2) [m]."""
+    """Return theory's times (p,) [s] and hand points (p, n, d) [m], NaN far away from the run.
+
+    The theory of a law that is not stable goes to infinity, where robots stop at their limits.
+    """
     if isinstance(prediction, dict):
-        return np.asarray(prediction["time"]), np.asarray(prediction["hand"])
-    return run.time, np.asarray(prediction)
+        return np.asarray(prediction["time"]), _near(run, np.asarray(prediction["hand"]))
+    return run.time, _near(run, np.asarray(prediction))
+
+
+def _near(run, hand):
+    """Return ``hand`` (p, n, d) [m] with NaN where it is far away from what ``run`` shows."""
+    points = np.clip(run.hand, -FARTHEST_DRAWN, FARTHEST_DRAWN)
+    low, high = np.nanmin(points, axis=(0, 1)), np.nanmax(points, axis=(0, 1))
+    reach = THEORY_REACH * max(LEAST_EXTENT, np.max(high - low))
+    near = ((hand >= low - reach) & (hand <= high + reach)).all(axis=2, keepdims=True)
+    return hand if near.all() else np.where(near, hand, np.nan)
 
 
 def sized(table, few, many):

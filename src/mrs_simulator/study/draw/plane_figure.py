@@ -11,6 +11,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacle
 from mrs_simulator.scenario.surroundings.obstacles import corners, is_flat, with_obstacles
 from mrs_simulator.study.draw.canvas import WIDTH, styled
 from mrs_simulator.study.draw.figure_parts import (
+    LEAST_EXTENT,
     PALETTE,
     START_COLOUR,
     draw_alike,
@@ -42,7 +43,6 @@ ROBOT_SHARE = (0.012, 0.022)  # its least length as a share of the drawing: alwa
 ROBOT_SHAPE = ((0.6, 0.0), (-0.4, 0.38), (-0.2, 0.0), (-0.4, -0.38))  # of length 1, heading along x
 MARGIN = 0.08  # around all that is drawn, as a share of its larger side
 REACH = 0.5  # how far around the team obstacles are drawn, as a share of its larger side
-LEAST_EXTENT = 10.0  # [m], of a drawing of robots that stand still
 
 
 @styled

@@ -13,6 +13,7 @@ import numpy as np
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.writing import MOST_PRINTED, Limited
 from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.study.results.report import predicted_settling
 from mrs_simulator.study.run.run_so_far import standings_of, verdict_on
 from mrs_simulator.verdict.derived.asking import start_points, velocities_at
@@ -118,7 +119,7 @@ def forecast(scenario):
     if track is None:
         return None
     rows = np.linspace(0, len(track[0]) - 1, min(len(track[0]), DRAWN_SAMPLES)).astype(int)
-    return np.array(track[0][rows][..., :2])
+    return np.clip(track[0][rows][..., :2], -FARTHEST, FARTHEST)
 
 
 def ahead(scenario, function, *arguments):

@@ -20,6 +20,7 @@ AHEAD = (
 )
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of theory that goes to infinity
 def meetings(team, hand, time, z=None):
     """Return the pairs of rows whose points come too near, and when first [s]: ``{(i, j): time}``, i < j.
 

@@ -147,12 +147,11 @@ def take_view(gui, press, until, picture):
 
     gui.show_scenario(load_scenario(os.path.join(ROOT, "scenarios", "exploration.yaml")))
     gui.shown["sensors"].setChecked(True)
-    press("simulate")
-    until(lambda: gui.connection.is_fresh("stage"))
-    press("control")
+    press("run")
     until(lambda: gui.history.begun is not None)
     until(lambda: gui.history.time[-1] > gui.history.begun + 12.0)
     gui.bring_forward("Protocol")
+    gui.bring_forward("Curves")
     press("pause")  # OpenGL without a card smooths edges of what stands still
     picture("gui_view")
     gui.shown["sensors"].setChecked(False)
@@ -313,9 +312,7 @@ def take(options):
             gui.results_tabs.setCurrentWidget(curves)
             rest(1.5)
         gui.bar.set_speed(5 if options.robots == 7 else 1)
-        press("simulate")
-        until(lambda: gui.connection.is_fresh("stage"))
-        press("control")
+        press("run")
         gui.settings_tabs.setCurrentIndex(1)
         until(lambda: len(gui.history.time) and gui.history.state.command[-1].any())
         begun = gui.history.time[-1]
@@ -324,8 +321,6 @@ def take(options):
         picture("gui_run")
         gui.settings_tabs.setCurrentIndex(2)
         if options.robots == 7:
-            until(lambda: gui.history.time[-1] > begun + 80.0)
-            gui.save_results(os.path.join(gui.study.processes.directory, "results"))
             until(lambda: "saved to" in gui.messages.toPlainText())
             gui.results_tabs.setCurrentWidget(gui.verdict)
         picture("gui_verdict")

@@ -90,6 +90,11 @@ def test_the_tour_stays_beside_its_subject_when_one_column_becomes_two():
     study.start.begin()
     bar = study.results_tabs.tabBar()
     wait_shown(lambda: ring_is_around(study, bar))
+    place = bar.mapTo(study, bar.rect().topLeft())
+    study.status["time"].setText("in another line<br>of the state")  # as once a run begins
+    study.status["time"].show()
+    wait_shown(lambda: bar.mapTo(study, bar.rect().topLeft()) != place)
+    wait_shown(lambda: ring_is_around(study, bar))
     study.resize(1340, 740)
     wait_shown(lambda: ring_is_around(study, study.settings_tabs.tabBar()))
     study.close_study()

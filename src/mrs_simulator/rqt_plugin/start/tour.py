@@ -47,15 +47,24 @@ class Tour(QFrame):
         self.setFixedWidth(max(WIDE * self.fontMetrics().height(), row.sizeHint().width() + 24))
         self._again = QTimer(self, singleShot=True)
         self._again.timeout.connect(self._place)
-        panels.installEventFilter(self)
+        self._followed = []  # what the note is about, and what that lies in
         self._show()
 
     def eventFilter(self, watched, event):
         """Stay beside what the note is about."""
-        if event.type() == QEvent.Resize:
-            self._place()
+        if event.type() in (QEvent.Resize, QEvent.Move):
             self._again.start()  # once panels have taken their places
         return False
+
+    def _follow(self, target):
+        """Follow the moves of ``target`` in the window, and of no other any more."""
+        for each in self._followed:
+            each.removeEventFilter(self)
+        self._followed = [] if target is None else [target]
+        while self._followed and self._followed[-1] is not self._panels:
+            self._followed.append(self._followed[-1].parentWidget())
+        for each in self._followed:
+            each.installEventFilter(self)
 
     def _show(self):
         self._text.setText(self._steps[self._step][1])
@@ -71,6 +80,8 @@ class Tour(QFrame):
     def _place(self):
         """Put ring and note; where there is no room below what it is about, above or over it."""
         target = self._steps[self._step][0]()
+        if self._followed[:1] != [target]:
+            self._follow(target)
         corner = target.mapTo(self._panels, QPoint(0, 0))
         about = QRect(corner, target.size()).intersected(self._panels.rect())
         self._ring.setVisible(target.isVisible())
@@ -97,7 +108,7 @@ class Tour(QFrame):
 
     @guarded
     def _on_close(self, *_):
-        self._panels.removeEventFilter(self)
+        self._follow(None)
         self.hide()
         self._ring.hide()
         self._ring.deleteLater()

@@ -1,7 +1,7 @@
 """The searches in the window: run ``break``, ``assure`` and ``margins``, and show what they find."""
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
-from mrs_simulator.rqt_plugin.run.long_command import LongCommand, jobs
+from mrs_simulator.rqt_plugin.run.long_command import jobs
 from mrs_simulator.rqt_plugin.run.study_run import last_lines
 from mrs_simulator.rqt_plugin.search.inputs import (
     read_share,
@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.search.inputs import (
 )
 from mrs_simulator.rqt_plugin.search.results import ASSURE, BREAK, MARGINS, result_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.window.command_control import CommandControl
 from mrs_simulator.study.results.report import write_scenario
 from mrs_simulator.study.search.assurance import clean_runs
 from mrs_simulator.study.search.break_command import progress_in
@@ -20,7 +21,7 @@ WORDS = {BREAK: "Searching", ASSURE: "Drawing", MARGINS: "Measuring margins"}
 SHRINKING = "runs; it is shrunk"  # printed once a counterexample was found
 
 
-class SearchControl:
+class SearchControl(CommandControl):
     """One search at a time, of the scenario as it is edited when it starts."""
 
     def __init__(self, panels, study, opened, replay, files, shelf):
@@ -28,15 +29,13 @@ class SearchControl:
 
         ``shelf``: the ``ShelfControl``, which lists and shows what was found.
         """
-        self._panels, self._study, self._opened = panels, study, opened
-        self._replay, self._files, self._shelf = replay, files, shelf
-        self._process = LongCommand(study.processes, "search")
+        super().__init__(panels, study, panels.search, "search")
+        self._opened, self._replay, self._files, self._shelf = opened, replay, files, shelf
         self._command, self._most, self._nearest = "", None, ""
         self.directory, self.result = "", None
-        self._offered, self._goes_to = None, None  # a run, and the moment [s] to be shown of it
+        self._goes_to = None  # a run, and the moment [s] to be shown of it
         panel = panels.search
         panel.asked.connect(self._on_asked)
-        panel.cancel_asked.connect(self._on_cancel)
         panel.run_asked.connect(self._on_run)
         panel.scenario_asked.connect(self._on_scenario)
 
@@ -44,7 +43,7 @@ class SearchControl:
 
     @guarded
     def _on_asked(self, command):
-        panel, errors, words = self._panels.search, {}, []
+        panel, errors, words = self._panel, {}, []
         panel.runs.interpretText()
         scenario, self._most = without_search(self._study.scenario), None
         is_default = command == BREAK and not panel.vary.toPlainText().strip()
@@ -79,7 +78,7 @@ class SearchControl:
 
     def _assurance(self, errors):
         """Return the words of ``assure``; note in ``errors`` what is wrong with them."""
-        panel, shares = self._panels.search, []
+        panel, shares = self._panel, []
         for name, field in (("At least", panel.share), ("Confidence", panel.confidence)):
             try:
                 shares.append(read_share(field.text().strip()))
@@ -90,28 +89,20 @@ class SearchControl:
         self._most = clean_runs(*shares)
         return ["--at-least", shares[0], "--confidence", shares[1]]
 
-    @guarded
-    def _on_cancel(self):
-        self._process.cancel()
-        self._panels.search.cancel.setEnabled(False)
-
     # Following -----------------------------------------------------------------------------------
 
     def follow(self):
         """Show how far the search is, what it has found, and what there is to vary."""
-        panel = self._panels.search
-        if self._study.scenario is not self._offered and panel.isVisible():
-            self._offered = self._study.scenario
-            panel.suggest(suggested(self._offered))
-        code = self._process.take()
-        if code is not None:
-            self._end(code)
-        elif self._process.is_running:
+        self._follow_process()
+        if self._process.is_running:
             self._show_progress()
         run = self._opened.run
         if self._goes_to is not None and run is not None and run.path == self._goes_to[0]:
             self._replay.cursor.go(float(run.history.time[0]) + self._goes_to[1])
             self._goes_to = None
+
+    def _offer(self):
+        self._panel.suggest(suggested(self._offered))
 
     def _show_progress(self):
         printed = self._process.output()
@@ -121,12 +112,11 @@ class SearchControl:
         parts += ["{} runs".format(runs)] if runs else []
         parts += ["nearest: " + self._nearest] if self._nearest else []
         parts += ["it is shrunk"] if SHRINKING in printed else []
-        self._panels.search.show_progress(", ".join(parts), runs or 0, self._most)
+        self._panel.show_progress(", ".join(parts), runs or 0, self._most)
 
     def _end(self, code):
         """Show what a process that has ended with ``code`` has found."""
-        panel, printed = self._panels.search, self._process.output()
-        panel.set_running(False)
+        panel, printed = self._panel, self._process.output()
         if self._process.is_cancelled:
             panel.title.say("cancelled", "aside")
             return

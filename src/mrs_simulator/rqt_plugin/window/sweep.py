@@ -5,12 +5,13 @@ import re
 import time
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
-from mrs_simulator.rqt_plugin.run.long_command import LongCommand, jobs
+from mrs_simulator.rqt_plugin.run.long_command import jobs
 from mrs_simulator.rqt_plugin.run.study_run import last_lines
 from mrs_simulator.rqt_plugin.sweep.axes import key_of, read_texts, swept_keys
 from mrs_simulator.rqt_plugin.sweep.cells import SweepCells, read_news
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.window.command_control import CommandControl
 from mrs_simulator.study.bad_input import BAD_INPUT
 from mrs_simulator.study.results.report import write_scenario
 
@@ -22,20 +23,18 @@ FOLDER = "in {}"
 COMBINATION = re.compile("^.* with (?:[^ =]+=[^ ]+ ?)+: ")  # of values, which a refusal begins with
 
 
-class SweepControl:
+class SweepControl(CommandControl):
     """One sweep at a time, of the scenario as it is edited when it starts."""
 
     def __init__(self, panels, study, opened):
         """``opened``: the ``OpenedRun``."""
-        self._panels, self._study, self._opened = panels, study, opened
-        self._command = LongCommand(study.processes, "sweep")
+        super().__init__(panels, study, panels.sweep, "sweep")
+        self._opened = opened
         self._reader, self._reads, self._looked_at = DebouncedWorker(0.0), False, 0.0
         self._planned, self._known, self._last_look = False, set(), False
         self.cells, self.directory = None, ""
-        self._offered = None
         panel = panels.sweep
         panel.start_asked.connect(self._on_start)
-        panel.cancel_asked.connect(self._on_cancel)
         panel.map.cell_asked.connect(self._on_cell)
 
     # Starting ------------------------------------------------------------------------------------
@@ -46,14 +45,14 @@ class SweepControl:
 
     @guarded
     def _on_start(self):
-        panel, keys = self._panels.sweep, self._keys()
+        panel, keys = self._panel, self._keys()
         read = [read_texts(axis.texts(), keys) for axis in panel.axes]
         paths = [key_of(axis.texts().name.strip(), keys).path for axis in panel.axes]
         if paths[0] == paths[1]:
             read[1][2].setdefault("name", TWICE)
         for axis, (_, _, errors) in zip(panel.axes, read):
             axis.show_errors(errors)
-        if any(errors for _, _, errors in read) or self._command.is_running:
+        if any(errors for _, _, errors in read) or self._process.is_running:
             return
         try:
             self._start([word for word, _, _ in read])
@@ -67,9 +66,9 @@ class SweepControl:
 
     def open(self, directory):
         """Show the map of the sweep in ``directory``, made earlier or elsewhere."""
-        panel = self._panels.sweep
+        panel = self._panel
         self._panels.bring_forward(panel.objectName())
-        if self._command.is_running:
+        if self._process.is_running:
             self._panels.say(ErrorMessage(BUSY.format(directory)))
             return
         self.directory, self.cells = directory, None
@@ -84,7 +83,7 @@ class SweepControl:
         self._planned, self._known, self._last_look = False, set(), False
         self._reader.ask(None)
         self._reads = False
-        self._panels.sweep.forget_quantities()
+        self._panel.forget_quantities()
 
     def _start(self, words):
         """Begin the process; what it writes goes to a new folder beside other results."""
@@ -92,40 +91,32 @@ class SweepControl:
         path = write_scenario(self._study.scenario, self.directory)
         axes = [each for word in words for each in ("--sweep", word)]
         options = "--out", self.directory, "--jobs", jobs(), "--plan"
-        self._command.start("experiment", path, *axes, *options)
-
-    @guarded
-    def _on_cancel(self):
-        self._command.cancel()
-        self._panels.sweep.cancel.setEnabled(False)
+        self._process.start("experiment", path, *axes, *options)
 
     # Following -----------------------------------------------------------------------------------
 
     def follow(self):
         """Show the cells that have ended by now, and what there is to vary."""
-        panel = self._panels.sweep
-        if self._study.scenario is not self._offered and panel.isVisible():
-            self._offered = self._study.scenario
-            panel.offer(self._keys())
         self._take_news()
-        code = self._command.take()
-        if code is not None:
-            self._end(code)
+        self._follow_process()
         if self._is_due() and not self._reads:
             self._reads, self._looked_at = True, time.monotonic()
-            self._last_look = self._command.is_running and self._last_look
+            self._last_look = self._process.is_running and self._last_look
             out, known, planned = self.directory, set(self._known), self._planned
             self._reader.ask(lambda: read_news(out, known, planned))
         if self.cells is not None:
             folder, run = os.path.split(self._opened.path)
-            panel.map.show_opened(run if folder == self.directory else "")
+            self._panel.map.show_opened(run if folder == self.directory else "")
+
+    def _offer(self):
+        self._panel.offer(self._keys())
 
     def _is_due(self):
         """Return whether it is time to look for cells that have ended."""
         passed = time.monotonic() - self._looked_at
         grows = self._planned and self.cells is not None and not self.cells.are_known()
-        elsewhere = grows and self._panels.sweep.isVisible() and passed >= SLOWLY
-        return self._last_look or elsewhere or (self._command.is_running and passed >= EVERY)
+        elsewhere = grows and self._panel.isVisible() and passed >= SLOWLY
+        return self._last_look or elsewhere or (self._process.is_running and passed >= EVERY)
 
     def _take_news(self):
         found = self._reader.take()
@@ -153,7 +144,7 @@ class SweepControl:
             else:
                 self.cells.take_plan(plan)
         except ValueError as error:
-            self._panels.sweep.note.say("{}: {}".format(self._place(), error), "error")
+            self._panel.note.say("{}: {}".format(self._place(), error), "error")
             return False
         self._planned = True
         return True
@@ -162,17 +153,16 @@ class SweepControl:
         return self._study.files.short_path(self.directory)
 
     def _show(self):
-        panel = self._panels.sweep
+        panel = self._panel
         panel.show_cells(self.cells)
         panel.note.say(self.cells.summary(), "aside")
         panel.place.say(FOLDER.format(self._place()))
 
     def _end(self, code):
         """Show how the process has ended with ``code``, and look once more for cells."""
-        panel, self._last_look = self._panels.sweep, True
-        panel.set_running(False)
-        output = last_lines(self._command.output())
-        if self._command.is_cancelled:
+        self._last_look = True
+        output = last_lines(self._process.output())
+        if self._process.is_cancelled:
             self._panels.say("sweep cancelled; what has ended is in {}".format(self.directory))
         elif code == BAD_INPUT and not self._planned:
             self._refuse(output.rpartition("experiment: ")[2])
@@ -183,7 +173,7 @@ class SweepControl:
 
     def _refuse(self, why):
         """Say beside the axis that it names, or below both, why no sweep could begin."""
-        panel, self.cells, why = self._panels.sweep, None, COMBINATION.sub("", why)
+        panel, self.cells, why = self._panel, None, COMBINATION.sub("", why)
         words = [axis.name.currentText().rpartition(".")[2] for axis in panel.axes]
         named = [axis for axis, word in zip(panel.axes, words) if word in why]
         if len(named) == 1:

@@ -4,6 +4,7 @@
     python3 benchmarks/hypotheses.py                        # 100 starts of each protocol
     python3 benchmarks/hypotheses.py consensus --runs 10000 --results FILE   # goes on from FILE
     python3 benchmarks/hypotheses.py --results FILE --part 2/4   # of four machines that share FILE
+    python3 benchmarks/hypotheses.py --results FILE --runs 10000 --table   # what FILE holds
 
 Each protocol's scenario runs on points without limits, from places drawn uniformly from a box: that of
 ``BOXES``, else that of the scenario's own places, half as large again; headings and seeds are drawn as
@@ -71,6 +72,7 @@ LONG_ENOUGH = {
 }
 WHOLE = 50  # every so many starts the whole verdict is made, with what compares points and law
 OUTSIDE = "does not hold"  # the measured value of a condition
+TOLD = "{}: {} starts, {} inside, {} judged, {} failed"
 RUN_ENDED = "two samples"  # the condition that a run fails which ends at once
 
 
@@ -181,9 +183,9 @@ def tasks_left(protocols, runs, path):
         with open(path) as file:
             done = [json.loads(line) for line in file if line.endswith("\n")]
     done = [each for each in done if each["protocol"] in protocols and each["seed"] < runs]
-    known = {(each["protocol"], each["seed"]) for each in done}
+    known = {(each["protocol"], each["seed"]): each for each in done}
     tasks = [(name, seed) for name in protocols for seed in range(runs)]
-    return [task for task in tasks if task not in known], done
+    return [task for task in tasks if task not in known], list(known.values())
 
 
 def campaign(arguments):
@@ -218,23 +220,23 @@ def main():
     parser.add_argument(
         "--part", default="1/1", metavar="K/N", help="the K-th of N parts of the seeds"
     )
-    results = campaign(parser.parse_args())
+    parser.add_argument("--table", action="store_true", help="of what --results holds; run nothing")
+    arguments = parser.parse_args()
+    if arguments.table:
+        _, results = tasks_left(names(arguments.protocols), arguments.runs, arguments.results)
+        print("| protocol | starts | inside | judged | failed |\n|---|---|---|---|---|")
+    else:
+        results = campaign(arguments)
+    row = "| `{}` | {} | {} | {} | {} |" if arguments.table else TOLD
     by_protocol = collections.defaultdict(list)
     for each in results:
         by_protocol[each["protocol"]].append(each)
     for name, own in sorted(by_protocol.items()):
-        failed = [each for each in own if each["failed"]]
-        errors = [each for each in own if each["error"]]
-        inside = sum(not each["outside"] for each in own) - len(errors)
-        numbers = (
-            len(own),
-            inside,
-            sum(each["judged"] > 0 for each in own),
-            len(failed),
-            len(errors),
-        )
-        print("{}: {} starts, {} inside, {} judged, {} failed, {} errors".format(name, *numbers))
-        for each in (failed + errors)[:3]:
+        wrong = [each for each in own if each["failed"] or each["error"]]
+        inside = [each for each in own if not each["outside"] and not each["error"]]
+        judged = sum(each["judged"] > 0 for each in inside)
+        print(row.format(name, len(own), len(inside), judged, len(wrong)))
+        for each in wrong[:3]:
             print("  seed {}: {}".format(each["seed"], each["error"] or each["failed"]))
     return int(any(each["failed"] or each["error"] for each in results))
 

@@ -5,7 +5,14 @@ import pytest
 from protocol_fixtures import shipped
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.core.claims import converges_to, disagreement, distance_to, ends_at, rate
+from mrs_simulator.core.claims import (
+    Claim,
+    converges_to,
+    disagreement,
+    distance_to,
+    ends_at,
+    rate,
+)
 from mrs_simulator.core.linear_theorem import linear_theorem
 from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
@@ -115,6 +122,20 @@ def test_a_start_without_the_slowest_mode_is_no_proof_against_a_rate():
     # A rate between those of this start and of one beside it is of neither.
     found = check_of(run_of(Between, {"preset": "path"}, 60.0, line), "decay rate")
     assert found["passed"] is False and "from one beside it" in found["note"]
+
+
+def test_what_comes_back_at_twice_the_time_has_not_settled():
+    def still_turns(run):
+        """Return what is the same after 10, 20, 40, ... s, and nothing after 300 s."""
+        lasted = run.time[-1] - run.time[0]
+        return 0.0 if lasted > 300.0 else 0.5 + 0.4 * np.sin(2.0 * np.pi * np.log2(lasted / 10.0))
+
+    class Turns(Agree):
+        def claims(self, start):
+            return [Claim("what turns [-]", 0.0, 0.02, still_turns)]
+
+    found = check_of(run_of(Turns, {"preset": "path"}, 10.0), "what turns")
+    assert found["passed"] is None and found["note"].startswith("run too short for this claim")
 
 
 def test_a_defective_mode_has_no_simple_rate():

@@ -14,6 +14,7 @@ from mrs_simulator.verdict.verdict import BROKEN, FEWEST_SAMPLES, measured_of
 
 SETTLED = 1e-3  # [-] of its tolerance, by which what has settled changes at most while time doubles
 STEEP = 0.01  # [-] of the change before, below which a change shows that a decay is over
+BETWEEN = 0.6, 0.7, 0.8, 0.9  # [-] of a solution, where what has settled is the same
 SOONEST = 5.0  # [s] before which nothing counts as settled
 LOOKED_BACK = 2  # times that a run is halved, to see whether its end has changed since
 FEWEST_SEEN = 20  # [-] samples of a run of which earlier parts are looked at
@@ -99,7 +100,8 @@ class Points:
         while True:
             if claim.decays is not None and _has_decayed(claim.decays(run.hand)):
                 return self._decays_otherwise(claim, run, share)
-            if claim.decays is None and self._lasted(share) >= SOONEST and _has_settled(seen):
+            late = claim.decays is None and self._lasted(share) >= SOONEST
+            if late and _has_settled(seen) and _stays(run, claim, last):
                 return self._false(claim, share, last)
             longer = self._for(2.0 * share)
             if longer is None:
@@ -373,6 +375,18 @@ def _has_settled(seen):
     most = SETTLED * seen[-1].tolerance
     steep = 1.0 if before <= most else STEEP
     return bool(max(now, before) <= 1e-3 * most or now <= min(most, steep * before))
+
+
+def _stays(run, claim, last):
+    """Return whether ``run`` shows in its second half what it shows at its end, ``last``.
+
+    At twice the time alone a ``claim`` that still changes may come back to what it was.
+    """
+    for share in BETWEEN:
+        then = measured_of(part_of(run, slice(0, int(share * len(run.time)))), claim).measured
+        if then is None or abs(then - last.measured) > SETTLED * last.tolerance:
+            return False
+    return True
 
 
 def _grows(seen):

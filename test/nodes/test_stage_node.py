@@ -4,11 +4,15 @@ import contextlib
 import math
 import socket
 import xmlrpc.client
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 
+from mrs_simulator.core import compiling
+from mrs_simulator.core.pacing import Pacer
+from mrs_simulator.nodes.stage.stage import Stage
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.world.world import EVERY, World
@@ -251,3 +255,15 @@ def test_bad_arguments_and_parameters_are_said(ros, arguments, said):
     stage = ros.node("stage", *arguments)
     assert stage.wait(PATIENCE) == 2
     assert said in log_of(stage) and "Traceback" not in log_of(stage)
+
+
+@pytest.mark.parametrize(
+    "speed, chosen, waits",
+    [(0.0, None, False), (1.0, None, True), (20.0, None, False), (1.0, "1", False)],
+)
+def test_a_stage_in_real_time_does_not_wait_for_compilation(speed, chosen, waits):
+    seen = []
+    world = SimpleNamespace(step=lambda: seen.append(compiling._is_in_time()))
+    with compiling.chosen(chosen):
+        Stage._move(SimpleNamespace(pacer=Pacer(speed), world=world))
+    assert seen == [waits] and not compiling._is_in_time()

@@ -203,7 +203,7 @@ def by(way, monkeypatch):
 
     if way == "numba":
         pytest.importorskip("numba")
-    for module in (bodies, contacts, kinematic, neighbours):
+    for module in (bodies, collisions, contacts, kinematic):
         monkeypatch.setattr(module, "same_bits", chosen)
     same = compiled_motion.approached_by, compiled_motion.carried_by
     for name, twin in zip(("compiled_approached", "compiled_carried"), same):
@@ -277,16 +277,17 @@ def test_a_crowd_by_the_loops_has_numpys_bits(way, monkeypatch):
     assert sum(len(told[3]) for told in wanted) > n
 
 
-@pytest.mark.parametrize("way", WAYS[1:])
-def test_pairs_by_the_loop_are_those_of_the_grid(way, monkeypatch):
+@pytest.mark.parametrize("compiled", [False, True])
+def test_pairs_by_the_loop_are_those_of_the_grid(compiled):
+    loop = compiled_neighbours.pairs_in_cells
+    if compiled:
+        pytest.importorskip("numba")
+        loop = compiled_neighbours.compiled_pairs()
     draw = np.random.default_rng(5)
     for n, dimension, distance in ((300, 2, 0.7), (400, 3, 1.9), (300, 2, 40.0), (300, 2, 0.01)):
         points = draw.uniform(-9.0, 9.0, (n, dimension))
-        by("numpy", monkeypatch)
         wanted = close_pairs(points, distance)
-        used = by(way, monkeypatch)
-        np.testing.assert_array_equal(close_pairs(points, distance), wanted)
-        assert used[compiled_neighbours.compiled_pairs] == 1
+        np.testing.assert_array_equal(close_pairs(points, distance, loop), wanted)
 
 
 @pytest.mark.parametrize("kinds", [("pioneer3dx",), ("pioneer3dx", "turtlebot3_burger")])

@@ -14,7 +14,6 @@ from mrs_simulator.core import (
     compiled_terms,
     compiling,
     edge_terms,
-    neighbours,
 )
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
@@ -36,7 +35,7 @@ from mrs_simulator.study.run.compile_ahead import compile_ahead, compile_loops
 from mrs_simulator.study.run.compile_ahead import main as compile_main
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles.drives import compiled_flight
-from mrs_simulator.world.contact import bodies, compiled_contacts, contacts
+from mrs_simulator.world.contact import bodies, collisions, compiled_contacts, contacts
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion import compiled as compiled_motion
 from mrs_simulator.world.motion import compiled_rolling, fused_stepping, kinematic, stretches
@@ -128,7 +127,7 @@ def compiled(monkeypatch):
         monkeypatch.setattr(compiling, "_chosen", lambda: "1")
         # Only the stretches are on trial.
         monkeypatch.setattr(edge_terms, "compiling", type("no", (), {"is_wanted": lambda: False}))
-        for module in (kinematic, bodies, contacts, neighbours):
+        for module in (kinematic, bodies, contacts, collisions):
             monkeypatch.setattr(module, "same_bits", lambda *_: None)
 
     function = kernel_of(lambda kernel: kernel)

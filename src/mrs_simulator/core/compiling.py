@@ -133,9 +133,11 @@ _thread = threading.local()
 
 
 @contextlib.contextmanager
-def in_time():
-    """Let :func:`same_bits` compile and load nothing in this thread: robots wait for its results."""
-    before, _thread.in_time = _is_in_time(), True
+def in_time(wanted=True):
+    """Let :func:`same_bits` compile and load nothing in this thread, if ``wanted``: robots wait for its
+    results, or people do."""
+    before = _is_in_time()
+    _thread.in_time = wanted or before
     try:
         yield
     finally:

@@ -5,11 +5,8 @@ import itertools
 
 import numpy as np
 
-from mrs_simulator.core.compiled_neighbours import compiled_pairs
-from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.sample_blocks import AT_ONCE
 
-WORTH = 200  # [-] searches in a grid that take numpy as long as numba takes to load
 DENSE = 256  # [-] points up to which all pairs are compared
 # [-] of the least distance, by which points may move before pairs are selected again
 MOST_MOVED = 1.0
@@ -52,12 +49,14 @@ def _kept_pairs(n):
     return pairs
 
 
-def close_pairs(position, distance):
-    """Return the rows of all pairs of points closer than ``distance`` [m], (m,) and (m,), i < j."""
+def close_pairs(position, distance, loop=None):
+    """Return the rows of all pairs of points closer than ``distance`` [m], (m,) and (m,), i < j.
+
+    ``loop``: of ``compiled_neighbours``, for more than ``DENSE`` points, None: by numpy.
+    """
     if len(position) <= DENSE:
         first, second = all_pairs(len(position))
     else:
-        loop = same_bits(compiled_pairs, WORTH)
         if loop is not None:
             return _pairs_by_loop(loop, position, distance)
         first, second = _grid_pairs(position, distance)

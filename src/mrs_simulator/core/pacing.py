@@ -3,6 +3,7 @@
 import time
 
 LARGEST_DEBT = 0.2  # [s] of wall time; a stall beyond this is forgotten, not caught up in a burst
+UNHURRIED = 2.0  # [-] times real time, at which numpy keeps up
 WINDOW = 1.0  # [s] of wall time over which the achieved factor is measured
 
 
@@ -24,6 +25,11 @@ class Pacer:
     def resume(self):
         """Start counting from now, after a pause."""
         self._due = time.monotonic()
+
+    @property
+    def unhurried(self):
+        """Return whether steps are watched, and so slow that none has to be compiled."""
+        return 0.0 < self.speed <= UNHURRIED
 
     def wait(self):
         """Return the wall time [s] until the next step is due; 0 if it is."""

@@ -6,6 +6,7 @@ import time
 import numpy as np
 import rospy
 
+from mrs_simulator.core.compiling import in_time, is_chosen
 from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
@@ -118,7 +119,7 @@ class Stage:
                 self._idle_clock()
                 continue
             self._publish_state()
-            self.world.step()
+            self._move()
             self._step += 1
             self.pacer.stepped(self.world.step_size)
             self.topics.publish_clock()
@@ -169,6 +170,11 @@ class Stage:
             self.world.commands.stop(range(self.world.n))
         self.trouble = trouble
 
+    def _move(self):
+        """Let the world make a step; in real time robots wait for compilation only if that is asked for."""
+        with in_time(self.pacer.unhurried and not is_chosen()):
+            self.world.step()
+
     def _take_commands(self):
         rows, commands = self.inbox.take(self.world.n)
         if len(rows):
@@ -190,7 +196,7 @@ class Stage:
             part.before_step()
         for part in () if self.trouble else self.parts:
             part.advance()
-        self.world.step()
+        self._move()
         self._step += 1
         self.pacer.stepped(self.world.step_size)
         self.steps_asked = max(0, self.steps_asked - 1)

@@ -40,7 +40,6 @@ NO_CONTROLLER = "no controller runs"
 LOOK, PICTURE, STATUS, REST = 0.005, 0.03, 0.1, 0.2
 NAP = 0.01  # [s] of wall time that is waited at most for a request
 UNMOVED = 1e-6  # [m] within which a robot is where it is held
-UNHURRIED = 2.0  # [-] times real time, at which numpy keeps up
 BEAT = 0.4  # [s] of wall time without a status after which the last one is sent again
 
 
@@ -129,7 +128,7 @@ class Engine:
         self._steps = max(0, self._steps - 1)
         try:
             experiment.begin()
-            with in_time() if 0.0 < self._pacer.speed <= UNHURRIED else contextlib.nullcontext():
+            with in_time(self._pacer.unhurried):
                 is_sample = experiment.go_on(self._running)
             if is_sample:
                 self._record.sample()

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator import vehicles
+from mrs_simulator.core.compiling import in_time
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QHBoxLayout,
@@ -250,7 +251,8 @@ class TeamPanel(QWidget):
     def _overlapping_pairs(self, poses):
         if self._bodies is None:
             return NO_PAIRS
-        return self._bodies.overlaps(poses, self._heights if self._heights.any() else None)[:2]
+        with in_time():
+            return self._bodies.overlaps(poses, self._heights if self._heights.any() else None)[:2]
 
     def _report_overlaps(self, pairs):
         order = np.lexsort(pairs[::-1])[:MOST_PAIRS]

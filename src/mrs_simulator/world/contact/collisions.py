@@ -9,10 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.compiled_neighbours import compiled_pairs
+from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.core.neighbours import close_pairs, dot, squared, squared_apart
+from mrs_simulator.core.neighbours import DENSE, close_pairs, dot, squared, squared_apart
 
 EVERY = slice(None)
+WORTH = (
+    200  # [-] lists of more than ``DENSE`` robots that take numpy as long as numba takes to load
+)
 SKIN = 1.0  # [m] beyond reach, for which a pair is listed
 
 
@@ -244,8 +249,11 @@ class VerletList:
     def pairs(self, position):
         """Return the rows of the listed pairs for robots at ``position`` (n, 2)."""
         if self._origin is None or self._farthest_moved(position) > (0.5 * SKIN) ** 2:
+            loop = None
+            if self._origin is not None and len(position) > DENSE:
+                loop = same_bits(compiled_pairs, WORTH)
             self._origin = position.copy()
-            self._pairs = close_pairs(position, self.reach + SKIN)
+            self._pairs = close_pairs(position, self.reach + SKIN, loop)
         return self._pairs
 
     def listed(self, position):

@@ -233,7 +233,9 @@ def test_error_and_theory_are_shown_on_a_log_scale(panel):
     panel.set_history(history)
     panel.set_error(lambda pose: np.exp(-pose[:, 0, 0]))
     panel.set_prediction(history.time, 2.0 * np.exp(-history.time))
+    settle(panel)
     panel._tabs.setCurrentIndex(ERROR)
+    assert panel.as_csv().startswith("time [s],This run error [m],Theory")  # before it is drawn
     settle(panel)
     run, theory = lines(panel)
     assert panel._plot.axes.get_yscale() == "log"

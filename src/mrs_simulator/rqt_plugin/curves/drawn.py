@@ -112,6 +112,7 @@ class DrawnCurves(QWidget):
         self._picked = 0  # the number of the robot that is picked out
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
+        self._goes_on = False  # whether an error is still being computed
         self._timer = QTimer(self)
         self._timer.setInterval(PERIOD)
         self._timer.timeout.connect(self._tick)
@@ -337,8 +338,9 @@ class DrawnCurves(QWidget):
             self._follow.setChecked(True)  # another run
             self._xlim, self._ylim = None, None
             self._on_field()
-        self._dirty, self._drawn = False, stamp
+        self._drawn, self._goes_on = stamp, False
         self._show_data()
+        self._dirty = self._goes_on
         self._on_drawn()
 
     def _show_data(self):
@@ -390,7 +392,7 @@ class DrawnCurves(QWidget):
     def _error_data(self):
         source, found = self._source, []
         complete = [each.is_complete() for each in (source, *self._others)]  # each goes on
-        self._dirty = not all(complete)
+        self._goes_on = not all(complete)
         run, _ = self._plot.error_styles()
         own = source.error_curve(run)
         if own is not None:

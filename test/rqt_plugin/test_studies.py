@@ -30,6 +30,7 @@ from mrs_simulator.rqt_plugin.run.bar import SPEEDS
 from mrs_simulator.rqt_plugin.run.undo import TOGETHER
 from mrs_simulator.rqt_plugin.start.picker import CARD
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 from mrs_simulator.rqt_plugin.window.main_window import Window
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_yaml
 from mrs_simulator.scenario.shipped import scenario_path
@@ -45,6 +46,8 @@ FASTER = Qt.Key_Plus, Qt.ControlModifier
 def at_window(tmp_path, monkeypatch, request):
     """Open the window with a scenario, and return the ``Person`` before it; again, as it was left."""
     monkeypatch.setenv("HOME", str(tmp_path))
+    # The screen of Qt's platform offscreen is smaller than a person's.
+    monkeypatch.setattr(OnScreen, "keep", lambda _: None)
     application, windows = QApplication.instance() or QApplication([]), []
 
     def opened(scenario, path=""):
@@ -358,6 +361,7 @@ def test_what_if_is_asked_of_a_moment_of_a_replay_and_kept(at_window, tmp_path):
     person.tab("error")
     person.until(lambda: "What if" in {curve.name for curve in study.curves._data()[0]})
     wait_drawn(study.curves)
+    assert study.curves._plot.axes.get_yscale() == "log"
     person.picture("ghosts")
     person.click(person.button("Keep as run"))
     person.until(lambda: bar.text.text().startswith("Kept as"))

@@ -14,7 +14,7 @@ from mrs_simulator.pictures.camera import Camera, clipped_polygon, clipped_segme
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons, Texts
 from mrs_simulator.pictures.instances import instances
 from mrs_simulator.pictures.palette import DARK, LIGHT, START
-from mrs_simulator.pictures.scene import GHOST_SHOWN, Scene, drawn, framed, ghosts_at
+from mrs_simulator.pictures.scene import GHOST_SHOWN, Scene, drawn, drawn_signs, framed, ghosts_at
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, solid_of
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
@@ -407,3 +407,19 @@ def test_both_painters_show_the_same_picture():
     other = np.frombuffer(memory, dtype=np.uint8).reshape(HEIGHT, -1)[:, : 3 * WIDTH]
     apart = np.abs(other.reshape(HEIGHT, WIDTH, 3).astype(int) - pixels(picture))
     assert (apart.max(axis=2) > 40).mean() < 0.03 and app is not None
+
+
+def test_a_cross_marks_each_target_but_below_a_robot_that_is_there():
+    team = scene([(-1, 0, 0), (1, 0, 0)])._replace(
+        targets=np.array([(-1.0, 0.05, 0.0), (1.0, 1.0, 0.0)])
+    )
+    without = drawn(team._replace(targets=None), ABOVE, WIDTH, HEIGHT)
+    for draw in (drawn, drawn_signs):
+        with_targets = draw(team, ABOVE, WIDTH, HEIGHT)
+        known = [each.segments.tolist() for each in layers(without, Lines)]
+        (cross,) = [
+            each for each in layers(with_targets, Lines) if each.segments.tolist() not in known
+        ]
+        scale = View(ABOVE, WIDTH, HEIGHT, LIGHT).scale / ABOVE.distance
+        middle = cross.segments.mean(axis=(0, 1)) - (0.5 * WIDTH, 0.5 * HEIGHT)
+        assert len(cross.segments) == 2 and np.allclose(middle / scale, (1.0, -1.0), atol=0.1)

@@ -28,6 +28,7 @@ BEAM, HIT = 1.0, 1.6  # [px] width of a sensor's ray, radius of where it met som
 SPACING = 3.0  # [px] between points of a trail
 RING, RING_RADIUS, RING_CORNERS = 3.0, 1.35, 48  # [px] wide; [-] of a robot's reach; corners
 MOST_HIDDEN = 0.4  # [-] of an edge at each end, that the body there hides
+COVERED = 0.7  # [-] of a robot's reach, within which its body covers its target
 FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
 
 
@@ -183,7 +184,7 @@ def drawn_signs(scene, camera, width, height, palette=LIGHT):
         _hits(view, scene),
         _ends(view, scene),
         _starts(view, scene),
-        _targets(view, scene),
+        _targets(view, scene, team),
         robots.marks(team, robots.LEAST_SEEN),  # over bodies that are larger they would hide them
         ground.unit(view),
         robots.numbers(view, team, scene.state.robots) if scene.numbered else None,
@@ -210,7 +211,7 @@ def drawn(scene, camera, width, height, palette=LIGHT):
         *(_ways(view, each.paths, each.path_shades, PATH_SHOWN) for each in scene.ghosts),
         _ends(view, scene),
         _starts(view, scene),
-        _targets(view, scene),
+        _targets(view, scene, team),
         _ring(view, scene),
         *(robots.faint(view, each, GHOST_SHOWN) for each in scene.ghosts),
         robots.marks(team),
@@ -340,12 +341,14 @@ def _starts(view, scene):
     return signs.starts(places, len(scene.kinds)) if len(places) else None
 
 
-def _targets(view, scene):
-    """Return a cross at each target, in its robot's colour."""
+def _targets(view, scene, team):
+    """Return a cross at each target, in its robot's colour, but below a robot that is there."""
     if scene.targets is None:
         return None
     places, ahead = _ahead(view, scene.targets)
-    shades = np.asarray(scene.shades)[ahead]
+    away = np.hypot(*(places - team.screen[ahead]).T)
+    shown = ~(team.inside[ahead] & (away < COVERED * team.size[ahead]))
+    places, shades = places[shown], np.asarray(scene.shades)[ahead][shown]
     return signs.crosses(places, shades, view.palette.text, len(ahead)) if len(places) else None
 
 

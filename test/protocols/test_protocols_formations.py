@@ -343,6 +343,15 @@ def test_the_curvature_of_the_potential_is_bounded_where_it_is_lower():
         assert curved.max() < bound
 
 
+def test_a_law_that_is_wrong_does_not_rule_its_theorem_out(tmp_path, monkeypatch):
+    spring = laws.spring
+    monkeypatch.setattr(laws, "spring", lambda *given: -spring(*given))
+    scenario = as_points(shipped("distance_formation", rate=10, duration=2.0))
+    verdict = verdict_of(scenario, tmp_path)
+    assert check(verdict, "gain Tc curvature of the potential < 2")["passed"]
+    assert "growth of the potential [-]" in failed(verdict)
+
+
 def test_lengths_from_too_far_away_are_outside_the_theorem(tmp_path):
     name = "gain Tc curvature of the potential < 2"
     for gain, holds in ((0.01, True), (0.05, False)):

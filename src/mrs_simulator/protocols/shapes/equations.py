@@ -93,12 +93,26 @@ def imbalance(points, places, topology):
 
     At ``points`` (n, d): 0 where all robots rest though lengths are wrong, 1 without terms.
     """
+    terms, sums = _descent(points, places, topology)
+    whole = np.linalg.norm(terms, axis=1).sum()
+    return float(np.linalg.norm(sums, axis=1).sum() / whole) if whole > 0.0 else 1.0
+
+
+def descent(points, places, topology):
+    """Return minus the gradient (n, d) [m^3] of :func:`length_potential`, by which a theorem is checked.
+
+    It shares nothing with the law, which is to be that.
+    """
+    return _descent(points, places, topology)[1]
+
+
+def _descent(points, places, topology):
+    """Return the terms (arcs, d) and the sums (n, d) of minus the gradient of the potential."""
     receiver, sender, weight = topology.arcs
     excess = weight * length_excess(points[np.newaxis], places, topology)[0]
     terms, sums = excess[:, np.newaxis] * (points[sender] - points[receiver]), np.zeros_like(points)
     np.add.at(sums, receiver, terms)
-    whole = np.linalg.norm(terms, axis=1).sum()
-    return float(np.linalg.norm(sums, axis=1).sum() / whole) if whole > 0.0 else 1.0
+    return terms, sums
 
 
 def lengthening(points, modes, topology):

@@ -298,8 +298,8 @@ class DistanceFormation(Shaped):
             step = self.gain * self.period * laws.potential_curvature(potential, places, topology)
             if step < 2.0 or not potential < before:
                 break
-            flow = laws.distance_flow(self.gain, places, topology)
-            points, before = points + self.period * flow.velocity(points), potential
+            way = laws.descent(points, places, topology)
+            points, before = points + self.gain * self.period * way, potential
         why = "it is {:.3g}: the start is so far from the shape that commands overshoot".format(
             step
         )

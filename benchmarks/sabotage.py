@@ -38,10 +38,10 @@ class Sabotaged(DynamicMotion):
 
     wheels = force = part = None  # see FAULTS
 
-    def reset(self, poses):
+    def _begin(self, poses):
         """Put the robots at rest at ``poses``; the fault begins anew."""
         self._now, self._past = 0.0, []
-        super().reset(poses)
+        super()._begin(poses)
         if self.part:
             self.part()
 

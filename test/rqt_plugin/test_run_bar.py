@@ -623,7 +623,7 @@ def test_a_refused_duration_is_said_and_nothing_starts(app, study, text, why):
 
 def test_a_duration_is_shown_as_it_is_in_force_but_while_it_is_typed(app, study):
     active(study, 1022, 700)
-    for duration, text in ((60.0, "60 s"), (7.5, "7.5 s"), (123.4567, "123.457 s")):
+    for duration, text in ((60.0, "60 s"), (7.5, "7.5 s"), (123.4567, "123.4567 s")):
         study.show_scenario(study.scenario._replace(duration=duration))
         study.status_line.show_possible()
         field = study.bar.duration

@@ -1,13 +1,15 @@
 """What is said of the edge under the mouse, driven by the mouse."""
 
 import os
+import re
 import time
 
+import numpy as np
 import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from gui_fixtures import quiet_study, shown
+from gui_fixtures import quiet_study, shown, wait_shown
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -15,6 +17,7 @@ from PyQt5.QtWidgets import QApplication
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.run.experiment import run_experiment
 
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 
@@ -52,6 +55,14 @@ def settled(widget, limit=60.0):
     return widget.map.hover_text.split("\n")
 
 
+def hovered(widget):
+    """Return the lines at the first edge under the mouse, once theory has answered."""
+    QTest.mouseMove(widget.map, QPoint(3, 3))
+    QTest.mouseMove(widget.map, middle_of(widget, widget.map.edges.list[0]))
+    wait_shown(lambda: widget.map.hover_text)
+    return settled(widget)
+
+
 def test_an_edge_under_the_mouse_says_what_goes_with_it_and_a_click_removes_it(study):
     edge = study.map.edges.list[0]
     QTest.mouseMove(study.map, middle_of(study, edge))
@@ -78,3 +89,23 @@ def test_nothing_is_said_elsewhere_or_in_another_mode(study):
     study.map.set_mode("look")
     QTest.mouseMove(study.map, at)
     assert study.map.hovered is None
+
+
+def test_an_edge_of_a_run_from_the_list_is_judged_by_the_gain_of_that_run(study, tmp_path):
+    ran = study.scenario
+    ran = ran._replace(duration=2.0, control=ran.control._replace(parameters={"gain": 0.125}))
+    run_experiment(ran, str(tmp_path / "ran"), formats=())
+    edited = hovered(study)
+    study.map.set_mode("look")
+    study.opened.open(str(tmp_path / "ran"))
+    given = {"follow": study.opened.follow, "said": study.messages.toPlainText}
+    wait_shown(lambda: study.opened.run is not None, **given)
+    study.modes["ahead"].setChecked(True)
+    study.replay.show_frame()
+    study.opened.show_frame()
+    run = hovered(study)
+    assert run[:3] == edited[:3] and len(run) == 5  # of the same graph
+    times = [
+        [float(re.search("in ([0-9.]+) s", line)[1]) for line in each[3:]] for each in (run, edited)
+    ]
+    np.testing.assert_allclose(times[0], 4.0 * np.array(times[1]), rtol=0.02)

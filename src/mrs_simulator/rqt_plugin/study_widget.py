@@ -64,7 +64,6 @@ class StudyWidget(StudyPanels):
         self.load, self.save_scenario = self.files.load, self.files.save
         self.selection = Selection(self)
         self.sensing = Sensing(self, self.study, self.history)
-        self.edge_lens = EdgeLens(self, self.study)
         self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
@@ -86,6 +85,7 @@ class StudyWidget(StudyPanels):
         )
         self.history.before_clearing = guarded(self.results.keep_unsaved)
         self.disturbance = Disturbance(self, self.study)
+        self.edge_lens = EdgeLens(self, self.study, self.opened, self.replay)
         self.what_if = WhatIf(self, self.study, self.history, self.live, self.replay, self.opened)
         given = self.results, self.pending_team, self.say
         self.whole = WholeRun(self.study, self.history, *given)

@@ -189,12 +189,13 @@ class EditedScenario:
             return ErrorMessage(error)
         return self.try_out(self.scenario._replace(duration=duration))
 
-    def settling_with(self, topology):
+    def settling_with(self, topology, scenario=None):
         """Return in words how long the team would take over ``topology``, "" where theory says nothing.
 
-        It may take long, and is for a thread of its own.  Raises what the law raises.
+        ``scenario``: another one than the edited.  It may take long, and is for a thread of its own.
+        Raises what the law raises.
         """
-        scenario = self.scenario
+        scenario = scenario or self.scenario
         parameters = self._background.ask("parameters_with", scenario, topology)
         control = scenario.control._replace(parameters=parameters)
         changed = scenario._replace(topology=topology, control=control)

@@ -13,28 +13,50 @@ NOTHING = "\u2013"
 class EdgeLens:
     """Shows at an edge of the map the connectivity and the settling time without it."""
 
-    def __init__(self, panels, study):
-        self._panels, self._study = panels, study
+    def __init__(self, panels, study, opened, replay):
+        self._panels, self._study, self._opened, self._replay = panels, study, opened, replay
         self._worker, self._topology, self._answer = DebouncedWorker(REST), None, None
+        self._now = None  # the graph of the opened run with that edge, None for the edited one
         panels.map.edge_hovered.connect(self._on_hover)
 
     @guarded
     def _on_hover(self, edge):
-        self._topology, self._answer = self._without(edge) if edge else None, None
+        self._topology, self._answer = None, None
+        scenario = self._of_opened() if edge else None
+        self._now = None if scenario is None else scenario.topology
+        if edge and self._opened.run is None:
+            shown, n = self._panels.topology, self._study.scenario.n
+            self._topology = self._without(edge, Topology(n, shown.edges(), shown.directed()))
+        elif scenario is not None:
+            self._topology = self._without(edge, self._now)
         if self._topology is None:
             self._worker.ask(None)
             return
         settling_with, topology = self._study.edited.settling_with, self._topology
-        self._worker.ask(lambda: settling_with(topology))
+        if scenario is None:
+            self._worker.ask(lambda: (settling_with(topology), None))
+        else:
+            graphs = topology, scenario.topology
+            self._worker.ask(lambda: tuple(settling_with(graph, scenario) for graph in graphs))
         self.follow()
 
-    def _without(self, edge):
-        """Return the graph without ``edge``, None where the edge is not of the edited one."""
-        shown, edited = self._panels.topology, self._study.edited
-        edges = shown.without(*edge[:2])
-        if len(edges) == len(shown.edges()):
+    def _of_opened(self):
+        """Return the scenario of the opened run at the moment shown, None where it is not known."""
+        run = self._opened.run
+        facts = None if run is None else run.facts_at(self._replay.cursor.row)
+        if facts is None:
             return None
-        return Topology(edited.scenario.n, edges, shown.directed())
+        control = run.scenario.control._replace(parameters=facts.values)
+        return run.scenario._replace(topology=facts.topology, control=control)
+
+    @staticmethod
+    def _without(edge, topology):
+        """Return ``topology`` without ``edge``, None where it has no such edge."""
+        gone = {edge[:2]} if topology.directed else {edge[:2], edge[1::-1]}
+        edges = [each for each in topology.edges if tuple(each[:2]) not in gone]
+        if len(edges) == len(topology.edges):
+            return None
+        return Topology(topology.n, edges, topology.directed)
 
     def follow(self):
         """Show what is known of the edge under the mouse by now."""
@@ -49,14 +71,16 @@ class EdgeLens:
         tree = "a" if topology.has_spanning_tree() else "no"
         yield "without it: {} spanning tree".format(tree)
         if topology.n <= MOST_ANALYSED:
-            values = connectivity_text(topology), figure("lambda")
-            yield "\u03bb\u2082 = {}, now {}".format(*values)
-        settling, error = self._answer or ("...", None)
+            now = figure("lambda") if self._now is None else connectivity_text(self._now)
+            yield "\u03bb\u2082 = {}, now {}".format(connectivity_text(topology), now)
+        (settling, now), error = self._answer or (("...", "..."), None)
         if error is not None:
             yield "the protocol refuses it: {}".format(reason(error))
-        elif figure("time") != NOTHING or settling not in ("", "..."):
+            return
+        now = figure("time") if self._now is None else now or NOTHING
+        if now != NOTHING or settling not in ("", "..."):
             yield "converges in " + settling if settling else "no convergence is predicted"
-            yield "now in {}".format(figure("time"))
+            yield "now in {}".format(now)
 
     def close(self):
         """Ask for nothing more."""

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import time
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from PyQt5.QtWidgets import QAction, QApplication, QFileDialog, QMenu
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.record.run_changes import Change, to_plain
 from mrs_simulator.rqt_plugin.run.loaded_run import history_of, mean_twist
+from mrs_simulator.rqt_plugin.shelf.entry import Entry
 from mrs_simulator.rqt_plugin.shelf.panel import ShelfPanel
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
@@ -223,6 +225,40 @@ def test_the_run_that_was_shown_as_a_folder_was_asked_for_is_saved(study, tmp_pa
     assert asked == [path]
 
 
+def test_the_row_of_the_run_that_is_shown_is_highlighted_and_no_other(study):
+    listed, line, details = study.shelf.list, study.time_line, study.shelf.details
+    assert listed.current() is None and not details.isVisible() and line.run.text() == ""
+    path = opened(study, 1)
+    assert listed.current_path() == path and details.isVisible()
+    name = listed.current().name
+    assert line.run.toolTip() == name + time.strftime(", %Y-%m-%d %H:%M", time.localtime(1e9))
+    other = listed.visualRect(listed.runs.index(0)).center()
+    QTest.mouseClick(listed.viewport(), Qt.RightButton, NONE, other)
+    assert listed.current_path() == path  # the menu is for the row below the mouse
+    QTest.mouseClick(line.newest, Qt.LeftButton)
+    frame(study)
+    assert listed.current() is None and not details.isVisible() and line.run.text() == ""
+    click(study, 0, in_box=True)
+    listed.clearFocus()
+    listed.setFocus(Qt.ActiveWindowFocusReason)
+    assert listed.current() is None and not details.isVisible()
+    listed.clear_compared()
+
+
+def test_a_run_that_is_marked_as_the_other_is_shown_keeps_its_name_to_itself(study):
+    first, second = (entry.path for entry in study.shelf.list.runs.entries)
+    opened(study, 0)
+    asked = []
+    study.shelf.mark_asked.connect(lambda path, marks: asked.append((path, marks)))
+    study.shelf.name.setFocus()
+    study.shelf.name.selectAll()
+    QTest.keyClicks(study.shelf.name, "mine")
+    study.opened.open(second)
+    until(study, lambda: study.shelf.list.current_path() == second)
+    assert asked == [(first, {"name": "mine"})]
+    study.study.shelf.mark(first, name="")
+
+
 def test_a_graph_that_changed_in_a_run_is_shown_as_of_the_moment(study, tmp_path):
     scenario = load_scenario(scenario_path("consensus"))._replace(duration=4.0)
     run_experiment(scenario, str(tmp_path), formats=())
@@ -278,7 +314,7 @@ def test_menus_of_the_list_of_runs_do_not_pile_up():
     counts = []
     for _ in range(3):
         panel.show_entries([], settings, 0)
-        menu = panel.details.menu()
+        menu = panel.details.menu(Entry("a", "", 0.0, "", {}, "", 0))
         menu.popup(QPoint(0, 0))
         menu.close()
         APP.sendPostedEvents(None, QEvent.DeferredDelete)

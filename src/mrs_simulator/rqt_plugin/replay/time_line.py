@@ -5,18 +5,21 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
+    QSizePolicy,
     QSlider,
     QStyle,
     QStyleOptionSlider,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.replay.time_cursor import SPEEDS
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 STEPS = 10000  # [-] of the slider
+SMALL = 0.8  # [-] of the window's font: run and moment are two lines
 TEN = 10  # [-] samples of a step with Shift
-NO_RUN = "no run yet"
+NO_RUN, OWN = "no run yet", "this window's run"
 KEYS = "Left and right: a sample, with Shift ten; Home and End: the first, the newest; blank: play"
 
 
@@ -62,19 +65,24 @@ class TimeSlider(QSlider):
 
 
 class TimeLine(QWidget):
-    """Slider, play button and speed of a ``TimeCursor``, and in words which moment is shown."""
+    """Slider, play button and speed of a ``TimeCursor``, and in words which run and moment are shown."""
 
     close_asked = Signal()  # of a run that was opened
 
     def __init__(self, cursor, parent=None):
         super().__init__(parent)
-        self.cursor, self._has_room, self._is_opened = cursor, True, False
+        self.cursor, self._has_room, self._opened, self.run = cursor, True, None, QLabel()
         self.play, self.newest = QToolButton(), QToolButton()
         self.slider, self.speed, self.label = TimeSlider(cursor), QComboBox(), QLabel(NO_RUN)
         self.play.clicked.connect(guarded(lambda *_: cursor.play(not cursor.playing)))
         self.newest.setCheckable(True)
         self.newest.clicked.connect(self._on_newest)
-        self.set_opened(False)
+        self.run.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        small = self.font()
+        small.setPointSizeF(SMALL * small.pointSizeF())  # so that the line is no higher
+        self.run.setFont(small)
+        self.label.setFont(small)
+        self.set_opened("")
         for speed in SPEEDS:
             self.speed.addItem("{:g} \u00d7".format(speed), speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
@@ -82,11 +90,19 @@ class TimeLine(QWidget):
         self.speed.activated.connect(self._on_speed)
         widest = self.fontMetrics().horizontalAdvance("past: 0000.00 of 0000.0 s")
         self.label.setMinimumWidth(widest)
-        row = QHBoxLayout(self)
+        row, texts = QHBoxLayout(self), QVBoxLayout()
+        texts.setSpacing(0)
+        texts.addWidget(self.run)
+        texts.addWidget(self.label)
         row.setContentsMargins(2, 0, 2, 0)
         row.setSpacing(4)
-        for widget in (self.play, self.slider, self.label, self.speed, self.newest):
-            row.addWidget(widget, int(widget is self.slider))
+        row.addWidget(self.play)
+        row.addWidget(self.slider, 3)
+        row.addLayout(texts, 2)
+        row.addWidget(self.speed)
+        row.addWidget(self.newest)
+        for each in (self.run, self.label):
+            each.setMaximumHeight(self.speed.sizeHint().height() // 2)
         self.slider.valueChanged.connect(self._on_slider)
         cursor.changed.connect(self.show_moment)
         self.show_moment()
@@ -101,24 +117,37 @@ class TimeLine(QWidget):
         super().resizeEvent(event)
         text = self.label.minimumWidth()
         self.speed.setVisible(self.width() > 2.6 * text)
-        self.label.setVisible(self.width() > 1.8 * text)
+        for each in (self.run, self.label):
+            each.setVisible(self.width() > 1.8 * text)
+        self._show_run()
 
     def give_room(self, has_room):
         """Show the line before there is a run only where it ``has_room``."""
         self._has_room = has_room
         self.show_moment()
 
-    def set_opened(self, is_opened):
-        """Offer to close a run that was opened, or to follow the one of now."""
-        self._is_opened = is_opened
+    def set_opened(self, title):
+        """Offer to close the run called ``title`` that was opened, "" to follow the one of now."""
+        if title == self._opened:
+            return
+        self._opened = title
         texts = "Close run", "Show the window's own run again"
-        texts = texts if is_opened else ("Newest", "Follow the newest sample (End)")
+        texts = texts if title else ("Newest", "Follow the newest sample (End)")
         self.newest.setText(texts[0])
         self.newest.setToolTip(texts[1])
+        self._show_run()
+
+    def _show_run(self):
+        """Show which run this is."""
+        text = self._opened or (OWN if self.cursor.span is not None else "")
+        shown = self.run.fontMetrics().elidedText(text, Qt.ElideMiddle, self.run.width())
+        if shown != self.run.text():
+            self.run.setText(shown)
+            self.run.setToolTip(text)
 
     @guarded
     def _on_newest(self, *_):
-        if self._is_opened:
+        if self._opened:
             self.close_asked.emit()
         else:
             self.cursor.follow()
@@ -139,9 +168,10 @@ class TimeLine(QWidget):
         """Show which moment of the run is shown."""
         cursor, span = self.cursor, self.cursor.span
         self.setVisible(self._has_room or span is not None)
+        self._show_run()
         for widget in (self.play, self.slider, self.speed, self.newest):
             widget.setEnabled(span is not None)
-        self.newest.setChecked(not cursor.is_past and not self._is_opened)
+        self.newest.setChecked(not cursor.is_past and not self._opened)
         self.play.setText("\u275a\u275a" if cursor.playing else "\u25b6")
         self.play.setToolTip("Pause the replay" if cursor.playing else "Replay the run")
         if span is None:
@@ -155,6 +185,6 @@ class TimeLine(QWidget):
         font.setBold(cursor.is_past)
         self.label.setFont(font)
         passed = now - span[0], span[1] - span[0]
-        newest = "end: {1:.1f} s" if self._is_opened else "newest: {1:.1f} s"
+        newest = "end: {1:.1f} s" if self._opened else "newest: {1:.1f} s"
         text = "past: {:.2f} of {:.1f} s" if cursor.is_past else newest
         self.label.setText(text.format(*passed))

@@ -70,7 +70,7 @@ class ShelfPanel(QWidget):
         layout.addWidget(self.list, 1)
         layout.addWidget(self._build_details())
         layout.addLayout(self._build_foot())
-        self.list.selectionModel().currentChanged.connect(self._on_current)
+        self.list.selectionModel().selectionChanged.connect(self._on_current)
         self.list.runs.modelReset.connect(self._on_current)
         self.list.compared_changed.connect(self._on_compared)
         self.list.delete_asked.connect(self.delete_asked)
@@ -80,12 +80,9 @@ class ShelfPanel(QWidget):
         """Return what is edited of the current run."""
         self.details = details = RunDetails()
         self.name, self.note, self.pin = details.name, details.note, details.pin
-        details.marked.connect(self._on_marked)
-        for signal, ask in (
-            (details.delete_asked, self.delete_asked),
-            (details.scenario_asked, self.scenario_asked),
-        ):
-            signal.connect(guarded(lambda *_, a=ask: a.emit(self.list.current_path())))
+        details.marked.connect(self.mark_asked)
+        details.delete_asked.connect(self.delete_asked)
+        details.scenario_asked.connect(self.scenario_asked)
         self.list.setContextMenuPolicy(Qt.CustomContextMenu)
         self.list.customContextMenuRequested.connect(self._on_menu)
         return details
@@ -151,16 +148,17 @@ class ShelfPanel(QWidget):
     @guarded
     def _on_current(self, *_):
         """Show the marks of the current run."""
-        row, entries = self.list.currentIndex().row(), self.list.runs.entries
-        entry = entries[row] if 0 <= row < len(entries) else None
+        entry = self.list.current()
         self.details.setVisible(entry is not None and not self._is_low)
         if entry is not None:
             self.details.show_entry(entry)
 
     @guarded
     def _on_menu(self, at):
-        if self.list.indexAt(at).isValid():
-            self.details.menu().popup(self.list.viewport().mapToGlobal(at))
+        index = self.list.indexAt(at)
+        if index.isValid():
+            menu = self.details.menu(self.list.runs.entries[index.row()])
+            menu.popup(self.list.viewport().mapToGlobal(at))
 
     @guarded
     def resizeEvent(self, event):
@@ -176,12 +174,6 @@ class ShelfPanel(QWidget):
     @guarded
     def _on_compared(self, paths):
         self.clear.setVisible(bool(paths))
-
-    @guarded
-    def _on_marked(self, marks):
-        path = self.list.current_path()
-        if path:
-            self.mark_asked.emit(path, marks)
 
     @guarded
     def keyPressEvent(self, event):

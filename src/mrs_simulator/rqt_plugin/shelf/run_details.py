@@ -21,12 +21,13 @@ DELETE_TIP = "Delete the run (Del); Undo brings it back until the window is clos
 class RunDetails(QWidget):
     """Name, note and pin of a run, and what is done with it."""
 
-    marked = Signal(object)  # marks by name
-    scenario_asked = Signal()
-    delete_asked = Signal()
+    marked = Signal(str, object)  # path, and marks by name
+    scenario_asked = Signal(str)
+    delete_asked = Signal(str)
 
     def __init__(self, parent=None):
         super().__init__(parent)
+        self._path = ""  # of the run shown
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(4)
@@ -40,11 +41,11 @@ class RunDetails(QWidget):
         self.pin = _button("Pin", PIN_TIP)
         self.pin.setCheckable(True)
         self.pin.setStyleSheet(CHECKED)
-        self.pin.clicked.connect(guarded(lambda on: self.marked.emit({"pinned": bool(on)})))
+        self.pin.clicked.connect(guarded(lambda on: self._on_pin(self._path, on)))
         self.scenario = _button("Edit its scenario", SCENARIO_TIP)
         self.delete = _button("Delete", DELETE_TIP)
-        self.scenario.clicked.connect(guarded(lambda *_: self.scenario_asked.emit()))
-        self.delete.clicked.connect(guarded(lambda *_: self.delete_asked.emit()))
+        self.scenario.clicked.connect(guarded(lambda *_: self.scenario_asked.emit(self._path)))
+        self.delete.clicked.connect(guarded(lambda *_: self.delete_asked.emit(self._path)))
         row = QHBoxLayout()
         for button in (self.pin, self.scenario, self.delete):
             row.addWidget(button)
@@ -52,7 +53,14 @@ class RunDetails(QWidget):
         grid.addLayout(row, 2, 0, 1, 2)
 
     def show_entry(self, entry):
-        """Show the marks of an ``Entry``, but for a field that is being edited."""
+        """Show the marks of an ``Entry``, but for a field that is being edited.
+
+        What is being edited of another run is taken over before.
+        """
+        if entry.path != self._path:
+            self._on_text(self.name, "name")
+            self._on_text(self.note, "note")
+            self._path = entry.path
         for field, text in ((self.name, entry.name), (self.note, entry.marks.note)):
             if not field.hasFocus() or not field.isModified():
                 field.setText(text)
@@ -63,23 +71,31 @@ class RunDetails(QWidget):
         self.name.setFocus()
         self.name.selectAll()
 
-    def menu(self):
-        """Return a menu with the buttons."""
+    def menu(self, entry):
+        """Return a menu with the buttons, for an ``Entry``."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WA_DeleteOnClose)
         menu.setToolTipsVisible(True)
-        for button in (self.pin, self.scenario, self.delete):
+        path = entry.path
+        for button, chosen in (
+            (self.pin, lambda on: self._on_pin(path, on)),
+            (self.scenario, lambda _: self.scenario_asked.emit(path)),
+            (self.delete, lambda _: self.delete_asked.emit(path)),
+        ):
             action = menu.addAction(button.text())
             action.setToolTip(button.toolTip())
             action.setCheckable(button.isCheckable())
-            action.setChecked(button.isChecked())
-            action.triggered.connect(guarded(lambda *_, b=button: b.click()))
+            action.setChecked(button.isCheckable() and entry.marks.pinned)
+            action.triggered.connect(guarded(chosen))
         return menu
+
+    def _on_pin(self, path, on):
+        self.marked.emit(path, {"pinned": bool(on)})
 
     def _on_text(self, field, key):
         if field.isModified():
             field.setModified(False)
-            self.marked.emit({key.lower(): field.text().strip()})
+            self.marked.emit(self._path, {key.lower(): field.text().strip()})
 
 
 def _button(text, tip):

@@ -3,7 +3,7 @@
 import os
 import time
 
-from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractListModel, Qt, Signal
+from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractListModel, QModelIndex, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QAbstractItemView, QListView
 from mrs_simulator.rqt_plugin.shelf.differences import differing, telling
 from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, LINES, LOW_LINES, RunRow
@@ -133,8 +133,13 @@ class RunList(QListView):
 
     def current_path(self):
         """Return the path of the current run, "" for none."""
-        row = self.currentIndex().row()
-        return self.runs.entries[row].path if 0 <= row < len(self.runs.entries) else ""
+        current = self.current()
+        return "" if current is None else current.path
+
+    def current(self):
+        """Return the ``Entry`` of the row that is highlighted, None for none."""
+        rows = [index.row() for index in self.selectionModel().selectedIndexes()]
+        return self.runs.entries[rows[0]] if rows and rows[0] < len(self.runs.entries) else None
 
     def choose(self, path):
         """Make the run at ``path`` the current one; return whether it is there."""
@@ -154,10 +159,21 @@ class RunList(QListView):
         self.scheduleDelayedItemsLayout()
 
     def set_shown(self, path):
-        """Mark the run at ``path`` as the one that is shown, "" for none."""
-        if path != self.runs.shown:
-            self.runs.shown = path
-            self.viewport().update()
+        """Mark the run at ``path`` as the one that is shown, "" for none; its row becomes the current one.
+
+        Of a sweep that is folded this is the sweep's.  Return whether another run is shown by now.
+        """
+        if path == self.runs.shown:
+            return False
+        self.runs.shown = path
+        if not self.choose(path) and not self.choose(os.path.dirname(path)):
+            self._choose_none()
+        self.viewport().update()
+        return True
+
+    def _choose_none(self):
+        self.setCurrentIndex(QModelIndex())
+        self.clearSelection()
 
     def toggle(self, row):
         """Compare the run in ``row``, or no longer; fold or unfold a sweep."""
@@ -184,6 +200,8 @@ class RunList(QListView):
         if index.isValid() and left and (in_box or event.modifiers() & Qt.ControlModifier):
             self.toggle(index.row())  # whose name and note are not asked for
             return
+        if event.button() == Qt.RightButton:
+            return  # its menu is for the row below the mouse, the highlighted one stays
         super().mousePressEvent(event)
         if index.isValid() and left:
             self.show_asked.emit(self.runs.entries[index.row()].path)
@@ -191,7 +209,8 @@ class RunList(QListView):
     @guarded
     def keyPressEvent(self, event):
         """Show, compare or delete the current run."""
-        row, path = self.currentIndex().row(), self.current_path()
+        path = self.current_path()
+        row = self.runs.row_of(path)
         if path and event.key() in (Qt.Key_Return, Qt.Key_Enter):
             self.show_asked.emit(path)
         elif path and event.key() == Qt.Key_Space:
@@ -202,6 +221,17 @@ class RunList(QListView):
             self.delete_asked.emit(path)
         else:
             super().keyPressEvent(event)
+
+    @guarded
+    def focusInEvent(self, event):
+        """Highlight by Tab the row that keys act on; of itself the list would make one current unseen."""
+        super().focusInEvent(event)
+        if self.current() is None:
+            by_key = event.reason() in (Qt.TabFocusReason, Qt.BacktabFocusReason)
+            if by_key:
+                self.setCurrentIndex(self.currentIndex())
+            else:
+                self._choose_none()
 
     def _fold(self, row, folded):
         """Fold or unfold the sweep in ``row``; from a run of one go to the sweep, to fold it."""

@@ -2,12 +2,14 @@
 
 import os
 import tempfile
+import time
 
 from mrs_simulator.rqt_plugin.curves.quantities import ErrorCurve
 from mrs_simulator.rqt_plugin.curves.source import Source
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.loaded_run import load_run
 from mrs_simulator.rqt_plugin.shelf.entry import data_of, run_at
+from mrs_simulator.rqt_plugin.shelf.run_row import day_form
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -61,6 +63,19 @@ class OpenedRun:
                 self._show(run)
         if self.run is not None and self._overtaken():
             self.close()
+        if self.run is not None:
+            self._panels.time_line.set_opened(self._title())  # it may be renamed
+
+    def _title(self):
+        """Return the name and the time of the run that is shown."""
+        path, listed = self.run.path, self._panels.shelf.list.runs
+        row = listed.row_of(path)
+        name = listed.entries[row].name if row >= 0 else os.path.basename(path)
+        try:
+            when = listed.entries[row].time if row >= 0 else os.path.getmtime(data_of(path))
+        except OSError:  # it was deleted
+            return name
+        return "{}, {}".format(name, time.strftime(day_form(when), time.localtime(when)))
 
     def show_frame(self):
         """Show targets and graph of the moment that is shown."""
@@ -99,7 +114,7 @@ class OpenedRun:
         self._show_on_map(run)
         panels.curves.show_source(self.source)
         self._replay.show_run(run.history)
-        panels.time_line.set_opened(True)
+        panels.time_line.set_opened(self._title())
         if run.verdict is not None:
             panels.verdict.set_verdict(run.verdict)
         else:
@@ -156,7 +171,7 @@ class OpenedRun:
         if self.run is None:
             return
         panels, self.run, self.source = self._panels, None, None
-        panels.time_line.set_opened(False)
+        panels.time_line.set_opened("")
         panels.curves.show_source(None)
         self._replay.show_run(None)
         self._editing.show_on_map()

@@ -1,6 +1,7 @@
 """Marks what is shown of a run that is over as such, once the scenario has been edited since."""
 
 REMARK = "last run, before your edits"
+ANOTHER = "another run is shown"
 
 
 class PastRun:
@@ -21,9 +22,10 @@ class PastRun:
             self._over, self._scenario = run, self._study.scenario
         may_be = run is not None and self._opened.run is None
         edited = may_be and not _is_same(self._scenario, self._study.scenario)
-        self.remark = REMARK if edited else ""
-        self._panels.verdict.mark(self.remark)
-        self._panels.curves.mark(self.remark)
+        remark = REMARK if edited else ""
+        self.remark = remark if self._opened.run is None else ANOTHER
+        self._panels.verdict.mark(remark)
+        self._panels.curves.mark(remark)
 
     def is_over(self):
         """Return whether there is a run that has ended, and does not go on."""

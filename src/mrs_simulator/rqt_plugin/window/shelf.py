@@ -54,7 +54,9 @@ class ShelfControl:
         """Show the runs that are there, and their pictures."""
         panel = self._panels.shelf
         panel.list.follow()
-        panel.list.set_shown(self._opened.path or self._results.of_run())
+        path = self._opened.path or self._results.of_run()
+        if panel.list.set_shown(path) and panel.list.current() is None:
+            self._chosen = self._chosen or path  # it is not listed yet
         found = self._worker.take()
         if found is not None:
             self._looks = False

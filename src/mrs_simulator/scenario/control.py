@@ -1,7 +1,7 @@
 """The ``control`` of a scenario: protocol, parameters, rate, saturation, safety."""
 
 from mrs_simulator.core.fields import NUMBER, POSITIVE, WHOLE, Field
-from mrs_simulator.scenario.reading import ScenarioError, Section, fitting, record, shown, written
+from mrs_simulator.scenario.reading import Section, fitting, record, shown, unwanted, written
 from mrs_simulator.scenario.safety import Safety, read_safety
 
 SATURATIONS = ("robot", "team", "none")
@@ -13,12 +13,11 @@ def read_parameters(section, others):
     """Return the ``parameters`` of the protocol, by name; what they may be its class knows."""
     parameters, where = section.take("parameters", {}), section.at("parameters")
     if not isinstance(parameters, dict):
-        raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(parameters)))
+        raise unwanted(where, parameters, "a mapping")
     for name, value in parameters.items():
         if not isinstance(name, str) or not isinstance(value, (int, float, str, bool)):
             place = section.at("parameters.{}".format(shown(name).strip("'")))
-            text = "{}: {}, wanted a number, a text, true or false"
-            raise ScenarioError(text.format(place, shown(value)))
+            raise unwanted(place, value, "a number, a text, true or false")
     if "l" in parameters:
         fitting(HAND_LENGTH, parameters["l"], section.at("parameters.l"))
     return parameters

@@ -7,7 +7,7 @@ injected, and what it detects; neither ends a run.
 from typing import NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.scenario.reading import Section, unwanted
 
 ROTORS = 4
 LOST, OFF, PUSHED = "rotor_lost", "motors_off", "pushed"
@@ -65,9 +65,7 @@ def read_events(top, n):
     """Return the ``events`` of a scenario with n robots, a tuple in the order of their times."""
     given = top.take("events", [])
     if not isinstance(given, list):
-        raise ScenarioError(
-            "{}: {}, wanted a list of {{at, robot, event}}".format(top.at("events"), shown(given))
-        )
+        raise unwanted(top.at("events"), given, "a list of {at, robot, event}")
     events = [
         _read_event(Section(item, "{}[{}]".format(top.at("events"), index)), n)
         for index, item in enumerate(given)
@@ -89,8 +87,7 @@ def _read_event(section, n):
 def _read_push(section):
     by = tuple(section.numbers("by", 2))
     if max(map(abs, by)) > FARTHEST_PUSH:
-        text = "{}: {}, wanted [x, y] of at most {:g} m"
-        raise ScenarioError(text.format(section.at("by"), shown(list(by)), FARTHEST_PUSH))
+        raise unwanted(section.at("by"), list(by), "[x, y] of at most {:g} m".format(FARTHEST_PUSH))
     return by
 
 

@@ -39,6 +39,11 @@ class ScenarioError(ValueError):
         super().__init__(message if len(message) <= LONGEST_MESSAGE else cut)
 
 
+def unwanted(where, value, wanted):
+    """Return the ``ScenarioError`` of ``value`` at ``where`` that is not what is ``wanted``."""
+    return ScenarioError("{}: {}, wanted {}".format(where, shown(value), wanted))
+
+
 class _Loader(yaml.SafeLoader):
     """Safe loader that refuses repeated keys, bounds aliases, and reads 1e-3 as a number."""
 
@@ -153,7 +158,7 @@ class Section:
         if content is None:
             content = {}
         if not isinstance(content, dict):
-            raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
+            raise unwanted(where, content, "a mapping")
         self._content = content
         self._where = where
         self._read = []
@@ -228,7 +233,7 @@ def fitting(field, value, where, n=None):
         one = field._replace(type=NUMBER)
         for index, item in enumerate(value if len(value) in (field.sizes or (n,)) else ()):
             fitting(one, item, "{}[{}]".format(where, index))
-    raise ScenarioError("{}: {}, wanted {}".format(where, shown(value), field.wanted(n)))
+    raise unwanted(where, value, field.wanted(n))
 
 
 def number(value, where, low=None, high=None, above=None):

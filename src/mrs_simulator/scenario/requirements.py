@@ -4,7 +4,7 @@ from typing import NamedTuple, Optional
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT, predicates
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, unwanted
 
 LONGEST_NAME = 60  # [characters]
 # Of what became of a requirement: verdict.requirements.results
@@ -96,9 +96,7 @@ def read_requirements(top):
     """Return the ``Requirement``s under the key ``requirements``, checked, as a tuple."""
     given, where = top.take("requirements", {}), top.at("requirements")
     if not isinstance(given, dict):
-        raise ScenarioError(
-            "{}: {}, wanted a mapping of formulas by name".format(where, shown(given))
-        )
+        raise unwanted(where, given, "a mapping of formulas by name")
     return tuple(_read(name, text, where) for name, text in given.items())
 
 
@@ -108,7 +106,7 @@ def _read(name, text, where):
     from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
 
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
-        raise ScenarioError("{}: {}, wanted a name of a requirement".format(where, shown(name)))
+        raise unwanted(where, name, "a name of a requirement")
     try:
         check(parse(text), text, ALL_SIGNALS)
     except FormulaError as error:

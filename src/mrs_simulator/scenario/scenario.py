@@ -23,7 +23,7 @@ from mrs_simulator.scenario.reading import (
     load_yaml,
     parse_yaml,
     record,
-    shown,
+    unwanted,
     written,
 )
 from mrs_simulator.scenario.team.layouts import extend_poses
@@ -225,7 +225,7 @@ def scenario_from_yaml(text, where="scenario"):
 def scenario_from_dict(content, where="scenario"):
     """Return the ``Scenario`` in the mapping ``content``; ``where`` names it in errors."""
     if not isinstance(content, dict):
-        raise ScenarioError("{}: {}, wanted a mapping of keys".format(where, shown(content)))
+        raise unwanted(where, content, "a mapping of keys")
     top = Section(content, where)
     seed = top.field(SEED)
     poses, kinds, own_kinds, altitude, sensors = read_team(top, seed)

@@ -17,7 +17,14 @@ from typing import Any, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.scenario.incidents import FARTHEST_PUSH
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, number_list, shown
+from mrs_simulator.scenario.reading import (
+    ScenarioError,
+    Section,
+    number,
+    number_list,
+    shown,
+    unwanted,
+)
 
 POSES, ROBOTS, SEED = "poses", "robots", "seed"
 EDGES, DEAD, PUSHES = "edges", "dead", "pushes"
@@ -102,7 +109,7 @@ def read_search(top):
 def search_from(given, where):
     """Return the ``Search`` in the mapping ``given``; ``where`` names it in errors."""
     if not isinstance(given, dict) or len(given) > MOST_RANGES:
-        raise ScenarioError("{}: {}, wanted a mapping of ranges by key".format(where, shown(given)))
+        raise unwanted(where, given, "a mapping of ranges by key")
     poses = _poses(given[POSES], "{}.{}".format(where, POSES)) if POSES in given else None
     ranges = [
         _range(key, value, "{}.{}".format(where, key))
@@ -125,8 +132,7 @@ def _poses(given, where):
     section = Section(given, where)
     box = number_list(section.take("within"), 4, section.at("within"))
     if not (box[0] < box[2] and box[1] < box[3]):
-        text = "{}: {}, wanted x_min, y_min, x_max, y_max"
-        raise ScenarioError(text.format(section.at("within"), shown(list(box))))
+        raise unwanted(section.at("within"), list(box), "x_min, y_min, x_max, y_max")
     headings = section.take("headings", [-math.pi, math.pi])
     headings = number_list(headings, 2, section.at("headings"))
     result = PoseRange(tuple(box), section.number("apart", 0.0, low=0.0), tuple(headings))
@@ -139,7 +145,7 @@ def _edges(given, where):
     found = EdgeRange(*(section.whole(k, 0, low=0, high=MOST_EDITS) for k in EdgeRange._fields))
     section.done()
     if not any(found):
-        raise ScenarioError("{}: {}, wanted cut or add above 0".format(where, shown(given)))
+        raise unwanted(where, given, "cut or add above 0")
     return found
 
 
@@ -156,21 +162,19 @@ def _pushes(given, where):
 
 def _range(key, given, where):
     if not isinstance(key, str) or not key or key == "search":
-        raise ScenarioError("{}: {}, wanted the path of a key".format(where, shown(key)))
+        raise unwanted(where, key, "the path of a key")
     if isinstance(given, dict):
         section = Section(given, where)
         choices = section.take("choices")
         if not isinstance(choices, list) or len(choices) < 2:
-            text = "{}: {}, wanted a list of at least two values"
-            raise ScenarioError(text.format(section.at("choices"), shown(choices)))
+            raise unwanted(section.at("choices"), choices, "a list of at least two values")
         section.done()
         return Range(key, choices=tuple(choices))
     if not isinstance(given, list) or len(given) != 2:
-        text = "{}: {}, wanted [from, to] or {{choices: [...]}}"
-        raise ScenarioError(text.format(where, shown(given)))
+        raise unwanted(where, given, "[from, to] or {choices: [...]}")
     low, high = (number(each, where) for each in given)
     whole = key in (ROBOTS, SEED) or key.endswith(".seed")
     if not low < high or (whole and (low != round(low) or high != round(high) or low < 0)):
-        text = "{}: {}, wanted {} numbers, the second the larger"
-        raise ScenarioError(text.format(where, shown(given), "two whole" if whole else "two"))
+        wanted = "two {}numbers, the second the larger".format("whole " if whole else "")
+        raise unwanted(where, given, wanted)
     return Range(key, low, high, whole)

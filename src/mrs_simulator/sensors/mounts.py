@@ -7,7 +7,7 @@ import re
 from typing import Any, NamedTuple, Tuple
 
 from mrs_simulator.core.fields import unknown_name
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, unwanted
 from mrs_simulator.sensors.noise import Noise, read_noise
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.vehicles.quantities import QuantitySection, quantity
@@ -94,7 +94,7 @@ def _declared(kind):
         if content is None:  # a base's mount that this kind has not
             continue
         if not isinstance(content, dict):
-            raise ScenarioError("{}: {}, wanted a mapping".format(place, shown(content)))
+            raise unwanted(place, content, "a mapping")
         contents[name] = {key: value for key, value in content.items() if key != "fitted"}
         if not QuantitySection(content, place).flag("fitted", True):
             off.add(name)
@@ -117,8 +117,7 @@ def _merged(below, content):
 def read_mount(name, content, where):
     """Return the ``Mount`` called ``name`` in the mapping ``content``; ``ScenarioError`` if it is none."""
     if not NAME.fullmatch(name) or keyword.iskeyword(name):
-        text = "{}: {}, wanted letters, digits and _, and no word of Python's"
-        raise ScenarioError(text.format(where, shown(name)))
+        raise unwanted(where, name, "letters, digits and _, and no word of Python's")
     section = QuantitySection(content, where)
     if not section.has("type"):
         raise ScenarioError(
@@ -158,7 +157,7 @@ def _read_place(section):
     """Return x, y, z [m] and yaw [rad]."""
     given, where = section.take("place", [0.0, 0.0, 0.0]), section.at("place")
     if not isinstance(given, list) or len(given) != 3:
-        raise ScenarioError("{}: {}, wanted [x, y, z]".format(where, shown(given)))
+        raise unwanted(where, given, "[x, y, z]")
     place = [quantity(each, "m", where, low=-FARTHEST, high=FARTHEST) for each in given]
     return (*place, section.quantity("yaw", "rad", 0.0, low=-2.0 * math.pi, high=2.0 * math.pi))
 

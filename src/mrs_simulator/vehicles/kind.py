@@ -5,7 +5,7 @@ import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, unwanted
 from mrs_simulator.vehicles.arms.mounted import Arm, read_arm
 from mrs_simulator.vehicles.drives import DRIVES, drive_module
 from mrs_simulator.vehicles.quantities import QuantitySection
@@ -188,7 +188,7 @@ def _read_model(top, directory):
         return top.take("model", "")
     path = os.path.join(directory, os.path.expanduser(top.text("model")))
     if not os.path.isfile(path):
-        raise ScenarioError("{}: {}, wanted a file".format(top.at("model"), shown(path)))
+        raise unwanted(top.at("model"), path, "a file")
     return os.path.abspath(path)
 
 
@@ -197,11 +197,7 @@ def _mapping(top, key, text=False):
     if not isinstance(value, dict) or (
         text and not all(isinstance(v, str) for v in value.values())
     ):
-        raise ScenarioError(
-            "{}: {}, wanted a mapping{}".format(
-                top.at(key), shown(value), " of texts" if text else ""
-            )
-        )
+        raise unwanted(top.at(key), value, "a mapping{}".format(" of texts" if text else ""))
     return value
 
 
@@ -226,5 +222,5 @@ def _read_spread(section, own):
 def _texts(top, key):
     value = top.take(key, [])
     if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
-        raise ScenarioError("{}: {}, wanted a list of texts".format(top.at(key), shown(value)))
+        raise unwanted(top.at(key), value, "a list of texts")
     return tuple(value)

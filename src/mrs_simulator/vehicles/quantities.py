@@ -3,7 +3,7 @@
 import math
 import re
 
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
+from mrs_simulator.scenario.reading import Section, number, unwanted
 
 _QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 
@@ -63,7 +63,7 @@ def quantity(value, unit, where, **bounds):
         match, known = _QUANTITY.fullmatch(value.strip()), UNITS.get(unit, {})
         if not match or match.group(2) not in known:
             wanted = "with one of the units " + ", ".join(known) if known else "without a unit"
-            raise ScenarioError("{}: {}, wanted a number {}".format(where, shown(value), wanted))
+            raise unwanted(where, value, "a number {}".format(wanted))
         value = known[match.group(2)](float(match.group(1)))
     return number(value, where, **bounds)
 
@@ -84,7 +84,5 @@ class QuantitySection(Section):
         value = self.take(key)
         fits = isinstance(value, list) and len(value) == count
         if not fits or not all(isinstance(item, str) for item in value):
-            raise ScenarioError(
-                "{}: {}, wanted a list of {} texts".format(self.at(key), shown(value), count)
-            )
+            raise unwanted(self.at(key), value, "a list of {} texts".format(count))
         return tuple(value)

@@ -5,7 +5,7 @@ import os
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import unknown_name
-from mrs_simulator.scenario.reading import ScenarioError, load_yaml, shown
+from mrs_simulator.scenario.reading import ScenarioError, load_yaml, shown, unwanted
 from mrs_simulator.scenario.scenario import DEFAULT_KIND, KIND_FILES
 from mrs_simulator.vehicles.importing import imported, is_description, read_request
 from mrs_simulator.vehicles.kind import Kind, read_kind
@@ -59,7 +59,7 @@ def merged(name, relative_to, own, others=(), above=()):
         raise ScenarioError("{}: base {!r} leads back to it".format(above[0], name))
     content = _loaded(where) if content is None else content
     if not isinstance(content, dict):
-        raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
+        raise unwanted(where, content, "a mapping")
     for key in content:
         if not isinstance(key, str):
             raise ScenarioError("{}: key {}, wanted a text".format(where, shown(key)))

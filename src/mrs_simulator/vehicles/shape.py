@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple, Tuple
 
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
+from mrs_simulator.scenario.reading import Section, number, unwanted
 
 FORMS = {"box": 3, "cylinder": 2, "sphere": 1}  # numbers of the size
 MOST_PARTS = 100  # [-] of one robot: pybullet's bodies have at most 128 links
@@ -30,9 +30,7 @@ class Part(NamedTuple):
 def read_shape(value, where):
     """Return the tuple of ``Part`` in a kind's list ``shape``; ``ScenarioError`` names what is wrong."""
     if not isinstance(value, list) or len(value) > MOST_PARTS:
-        raise ScenarioError(
-            "{}: {}, wanted a list of at most {} parts".format(where, shown(value), MOST_PARTS)
-        )
+        raise unwanted(where, value, "a list of at most {} parts".format(MOST_PARTS))
     return tuple(_read_part(each, "{}[{}]".format(where, k)) for k, each in enumerate(value))
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, number, unwanted
 
 ON_LOSS = ("hold", "drop")
 CARRIES = ("state", "difference")
@@ -160,14 +160,12 @@ def _read_per_edge(section, key, n, high):
     default = inner.number("default", 0.0, low=0.0, high=high)
     rows = inner.take("edges", [])
     if not isinstance(rows, list):
-        raise ScenarioError(
-            "{}: {}, wanted a list of [i, j, value]".format(inner.at("edges"), shown(rows))
-        )
+        raise unwanted(inner.at("edges"), rows, "a list of [i, j, value]")
     edges = []
     for index, row in enumerate(rows):
         place = "{}[{}]".format(inner.at("edges"), index)
         if not isinstance(row, list) or len(row) != 3:
-            raise ScenarioError("{}: {}, wanted [i, j, value]".format(place, shown(row)))
+            raise unwanted(place, row, "[i, j, value]")
         pair = _read_pair(row[:2], place, n)
         if pair in [edge[:2] for edge in edges]:
             raise ScenarioError("{}: edge {} is given twice".format(place, list(pair)))
@@ -180,7 +178,7 @@ def _read_pair(pair, place, n):
     whole = isinstance(pair, list) and len(pair) == 2
     whole = whole and all(isinstance(r, int) and not isinstance(r, bool) for r in pair)
     if not whole or not all(1 <= robot <= n for robot in pair) or pair[0] == pair[1]:
-        raise ScenarioError("{}: {}, wanted two robots from 1 to {}".format(place, shown(pair), n))
+        raise unwanted(place, pair, "two robots from 1 to {}".format(n))
     return tuple(pair)
 
 
@@ -195,9 +193,7 @@ def _read_switching(section, n, topology):
         raise ScenarioError("{}: both graphs and sets, wanted one".format(section.at("switching")))
     given = inner.take("graphs", [])
     if not isinstance(given, list) or not all(isinstance(graph, list) for graph in given):
-        raise ScenarioError(
-            "{}: {}, wanted a list of lists of edges".format(inner.at("graphs"), shown(given))
-        )
+        raise unwanted(inner.at("graphs"), given, "a list of lists of edges")
     graphs = tuple(
         tuple(
             _switched(pair, "{}[{}]".format(inner.at("graphs"), k), n, topology) for pair in graph

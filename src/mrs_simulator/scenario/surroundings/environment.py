@@ -7,7 +7,7 @@ import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import NUMBERS, POSITIVE, Field
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, unwanted
 
 FASTEST_CURRENT, FASTEST_WIND = 20.0, 100.0  # [m/s] that a scenario may have
 HIGHEST_WAVES = 30.0  # [m]
@@ -51,8 +51,7 @@ def _velocity(name, fastest):
     def read(section, others):
         value = section.field(field)
         if math.hypot(*value) > fastest:
-            text = "{}: {}, wanted at most {:g} m/s"
-            raise ScenarioError(text.format(section.at(name), shown(list(value)), fastest))
+            raise unwanted(section.at(name), list(value), "at most {:g} m/s".format(fastest))
         return value
 
     return field._replace(read=read)

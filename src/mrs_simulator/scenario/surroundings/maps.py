@@ -17,6 +17,7 @@ from mrs_simulator.scenario.reading import (
     reason,
     refuse_special,
     shown,
+    unwanted,
 )
 from mrs_simulator.scenario.surroundings.obstacles import Box, wall
 
@@ -62,10 +63,8 @@ def read_map(top):
     file = section.text("file")
     ending = os.path.splitext(file)[1].lower()
     if ending not in (LINES, *SERVED, *IMAGES):
-        text = "{}: {}, wanted a file that ends in {}"
-        raise ScenarioError(
-            text.format(section.at("file"), shown(file), ", ".join((LINES, *SERVED, *IMAGES)))
-        )
+        wanted = "a file that ends in {}".format(", ".join((LINES, *SERVED, *IMAGES)))
+        raise unwanted(section.at("file"), file, wanted)
     size = tuple(section.numbers("size", 2)) if ending in IMAGES else ()
     for length in size:
         number(length, section.at("size"), above=0.0)
@@ -187,7 +186,7 @@ def trinary_cells(path):
     origin = number_list(top.take("origin"), 3, top.at("origin"))
     negate = top.take("negate", 0)
     if negate not in (0, 1):  # or false and true
-        raise ScenarioError("{}: {}, wanted 0 or 1".format(top.at("negate"), shown(negate)))
+        raise unwanted(top.at("negate"), negate, "0 or 1")
     occupied = top.number("occupied_thresh", OCCUPIED, low=0.0, high=1.0)
     free = top.number("free_thresh", FREE, low=0.0, high=1.0)
     mode = top.text("mode", "trinary", ("trinary", "scale", "raw"))

@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, shown
+from mrs_simulator.scenario.reading import Section, number_list, unwanted
 
 MOST_SPEED = 20.0  # [m/s]
 # [s] of a stage's clock as its scene begins: zero would mean that there is no time yet
@@ -101,15 +101,13 @@ def read_track(section, begin):
     own = Section(section.take("track"), section.at("track"))
     given, where = own.take("to"), own.at("to")
     if not isinstance(given, list) or not given:
-        raise ScenarioError("{}: {}, wanted a list of [x, y]".format(where, shown(given)))
+        raise unwanted(where, given, "a list of [x, y]")
     to = tuple(
         tuple(number_list(point, 2, "{}[{}]".format(where, k))) for k, point in enumerate(given)
     )
     before = (tuple(begin), *to)
     if any(point == last for last, point in zip(before, to)):
-        raise ScenarioError(
-            "{}: {}, wanted each point apart from the last".format(where, shown(given))
-        )
+        raise unwanted(where, given, "each point apart from the last")
     speed = own.number("speed", above=0.0, high=MOST_SPEED)
     track = Track(to, speed, own.flag("closed", False))
     own.done()

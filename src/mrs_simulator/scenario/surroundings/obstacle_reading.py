@@ -3,7 +3,7 @@
 import re
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, shown, unwanted
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, read_track
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder, is_flat, wall
 
@@ -15,7 +15,7 @@ def read_obstacles(top):
     """Return the obstacles under ``obstacles`` of the section ``top``, a tuple."""
     given = top.take("obstacles", [])
     if not isinstance(given, list):
-        raise ScenarioError("{}: {}, wanted a list".format(top.at("obstacles"), shown(given)))
+        raise unwanted(top.at("obstacles"), given, "a list")
     obstacles, names = [], set()
     for index, item in enumerate(given):
         obstacle = _read_obstacle(item, "{}[{}]".format(top.at("obstacles"), index), index)

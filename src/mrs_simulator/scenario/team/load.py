@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.core import grasps
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import NUMBER, NUMBERS, POSITIVE, REQUIRED, Field
-from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, unwanted
 
 GRAVITY = 9.81  # [m/s^2]
 LARGEST = 100.0  # [m] of a side, and of a grasp from the centre
@@ -59,14 +59,12 @@ def read_load(top, others):
 def _read_grasps(section, others):
     where, given, n = section.at("grasps"), section.take("grasps"), section.n
     if not isinstance(given, list) or len(given) != n:
-        text = "{}: {}, wanted [x, y, z] for each of {} robots"
-        raise ScenarioError(text.format(where, shown(given), n))
+        raise unwanted(where, given, "[x, y, z] for each of {} robots".format(n))
     found = tuple(
         tuple(number_list(grasp, 3, "{}[{}]".format(where, row))) for row, grasp in enumerate(given)
     )
     if np.abs(found).max() > LARGEST or not grasps.are_noncollinear(found):
-        text = "{}: {}, wanted at least three within {:g} m, not on a line"
-        raise ScenarioError(text.format(where, shown(given), LARGEST))
+        raise unwanted(where, given, "at least three within {:g} m, not on a line".format(LARGEST))
     return found
 
 

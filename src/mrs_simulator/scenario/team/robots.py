@@ -5,7 +5,14 @@ import os
 import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, number_list, shown
+from mrs_simulator.scenario.reading import (
+    ScenarioError,
+    Section,
+    number,
+    number_list,
+    shown,
+    unwanted,
+)
 from mrs_simulator.scenario.team.layouts import LAYOUTS, make_layout
 from mrs_simulator.scenario.team.sensor_changes import read_sensor_changes
 
@@ -53,7 +60,7 @@ def _read_own_kinds(top):
             text = "{}.{}: {}, wanted a name, and a mapping such as {{base: {}}}"
             raise ScenarioError(text.format(top.at("kinds"), name, shown(content), DEFAULT_KIND))
     if not fits:
-        raise ScenarioError("{}: {}, wanted a mapping".format(top.at("kinds"), shown(given)))
+        raise unwanted(top.at("kinds"), given, "a mapping")
     return given
 
 
@@ -65,8 +72,7 @@ def _read_groups(top, seed):
     """
     given = top.take("groups")
     if not isinstance(given, list) or not given:
-        text = "{}: {}, wanted a list of {{number, kind, layout or poses}}"
-        raise ScenarioError(text.format(top.at("groups"), shown(given)))
+        raise unwanted(top.at("groups"), given, "a list of {number, kind, layout or poses}")
     for key in ("poses", "model", "kind"):
         if top.has(key):
             raise ScenarioError("{}: given beside groups, wanted one of them".format(top.at(key)))
@@ -142,9 +148,7 @@ def _read_poses(section, number, seed):
         values = {key: given[key] for key in given if key != "layout"}
         return checked_poses(_laid_out(name, count, section, seed, values), where)
     if not isinstance(given, list) or not given or len(given) > MOST_ROBOTS:
-        raise ScenarioError(
-            "{}: {}, wanted a list of [x, y, theta] or a layout".format(where, shown(given))
-        )
+        raise unwanted(where, given, "a list of [x, y, theta] or a layout")
     rows = [number_list(row, 3, "{}[{}]".format(where, i)) for i, row in enumerate(given)]
     poses = checked_poses(np.array(rows), where)
     count = section.whole(number, len(rows), low=1, high=MOST_ROBOTS)
@@ -171,9 +175,7 @@ def _read_kinds(top, n):
         top.take(other)
     kinds = [kinds] * n if isinstance(kinds, str) else kinds
     if not isinstance(kinds, list) or len(kinds) != n or not all(isinstance(k, str) for k in kinds):
-        raise ScenarioError(
-            "{}: {}, wanted one kind or a list of {}".format(top.at(key), shown(kinds), n)
-        )
+        raise unwanted(top.at(key), kinds, "one kind or a list of {}".format(n))
     return tuple(kinds)
 
 

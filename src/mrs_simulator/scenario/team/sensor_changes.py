@@ -7,7 +7,7 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.fields import unknown_name
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, unwanted
 
 
 class SensorChange(NamedTuple):
@@ -41,8 +41,7 @@ def read_sensor_changes(top, kinds, groups=()):
     ]
     given = top.take("sensors", [])
     if not isinstance(given, list):
-        text = "{}: {}, wanted a list of {{robots, kind, mounts}}"
-        raise ScenarioError(text.format(top.at("sensors"), shown(given)))
+        raise unwanted(top.at("sensors"), given, "a list of {robots, kind, mounts}")
     for index, item in enumerate(given):
         section = Section(item, "{}[{}]".format(top.at("sensors"), index))
         changes.append(_read_change(section, kinds))
@@ -71,8 +70,7 @@ def _numbers(section, n):
     numbers = given if isinstance(given, list) else [given]
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= n:
-            text = "{}: {}, wanted robots' numbers from 1 to {}"
-            raise ScenarioError(text.format(section.at("robots"), shown(number), n))
+            raise unwanted(section.at("robots"), number, "robots' numbers from 1 to {}".format(n))
     return tuple(numbers)
 
 
@@ -80,8 +78,7 @@ def _mounts(section, key):
     given = section.take(key)
     fits = isinstance(given, dict) and all(isinstance(name, str) for name in given)
     if not fits or not all(mount is None or isinstance(mount, dict) for mount in given.values()):
-        text = "{}: {}, wanted a mapping such as {{sonar: {{rate: 5}}, laser: null}}"
-        raise ScenarioError(text.format(section.at(key), shown(given)))
+        raise unwanted(section.at(key), given, "a mapping such as {sonar: {rate: 5}, laser: null}")
     return given
 
 

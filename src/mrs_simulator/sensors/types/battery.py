@@ -5,7 +5,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.sensors.number_texts import number
 from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
@@ -62,12 +62,10 @@ class Battery(Sensor):
         """Return the ``BatterySettings`` in a mount's ``section``; defaults are near those of a P3-DX."""
         given, where = section.take("voltage", [11.5, 13.0]), section.at("voltage")
         if not isinstance(given, list) or len(given) != 2:
-            raise ScenarioError("{}: {}, wanted [empty, full]".format(where, shown(given)))
+            raise unwanted(where, given, "[empty, full]")
         low, high = (quantity(each, "V", where, low=0.0) for each in given)
         if low > high:
-            raise ScenarioError(
-                "{}: {}, wanted that of the empty one first".format(where, shown(given))
-            )
+            raise unwanted(where, given, "that of the empty one first")
         return BatterySettings(
             section.quantity("capacity", "J", 9.0e5, above=0.0, high=MOST),
             section.quantity("charge", "", 1.0, low=0.0, high=1.0),

@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown, unwanted
 from mrs_simulator.sensors.number_texts import listed_text
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried
@@ -114,8 +114,9 @@ def _read_points(section):
     """Return the places of the beacons, ((x, y), ...) [m]."""
     given, where = section.take("points"), section.at("points")
     if not isinstance(given, list) or not 0 < len(given) <= MOST:
-        text = "{}: {}, wanted places of 1 to {} beacons, such as [[5.0, 0.0], [0.0, 5.0]]"
-        raise ScenarioError(text.format(where, shown(given), MOST))
+        raise unwanted(
+            where, given, "places of 1 to {} beacons, such as [[5.0, 0.0], [0.0, 5.0]]".format(MOST)
+        )
     for k, point in enumerate(given):
         if not isinstance(point, list) or len(point) != 2:
             raise ScenarioError("{}[{}]: {}, wanted [x, y]".format(where, k, shown(point)))

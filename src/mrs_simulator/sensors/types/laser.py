@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, unwanted
 from mrs_simulator.sensors.types.ranging import Ranging, read_range
 from mrs_simulator.vehicles.quantities import quantity
 
@@ -78,5 +78,5 @@ def _read_angles(section):
     given = section.take("angles", [-0.5 * math.pi, 0.5 * math.pi])
     where = section.at("angles")
     if not isinstance(given, list) or len(given) != 2:
-        raise ScenarioError("{}: {}, wanted [first, last]".format(where, shown(given)))
+        raise unwanted(where, given, "[first, last]")
     return tuple(quantity(v, "rad", where, low=-2.0 * math.pi, high=2.0 * math.pi) for v in given)

@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.scenario.reading import ScenarioError, number, shown
+from mrs_simulator.scenario.reading import number, unwanted
 from mrs_simulator.sensors.number_texts import DEGREE, degrees
 from mrs_simulator.sensors.number_texts import number as number_text
 from mrs_simulator.sensors.types.placing import carried
@@ -88,8 +88,7 @@ class Gps(Sensor):
     def settings(section):
         given, where = section.take("origin", [0.0, 0.0, 0.0]), section.at("origin")
         if not isinstance(given, list) or len(given) != 3:
-            text = "{}: {}, wanted [latitude, longitude, altitude], deg and m"
-            raise ScenarioError(text.format(where, shown(given)))
+            raise unwanted(where, given, "[latitude, longitude, altitude], deg and m")
         high = math.radians(89.0), math.pi, 1e5
         degrees = [each if isinstance(each, str) else None for each in given[:2]]
         for k, most in enumerate((89.0, 180.0)):

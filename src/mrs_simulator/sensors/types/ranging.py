@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.sensors.number_texts import degrees, number
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried, directions, echoes
@@ -89,10 +89,10 @@ def read_range(section, least, most):
     """Return the least and the greatest distance [m], ``range`` of a mount, by default these."""
     given, where = section.take("range", [least, most]), section.at("range")
     if not isinstance(given, list) or len(given) != 2:
-        raise ScenarioError("{}: {}, wanted [least, most]".format(where, shown(given)))
+        raise unwanted(where, given, "[least, most]")
     least, most = (quantity(each, "m", where, low=0.0) for each in given)
     if not least < most:
-        raise ScenarioError("{}: {}, wanted the least first".format(where, shown(given)))
+        raise unwanted(where, given, "the least first")
     return least, most
 
 

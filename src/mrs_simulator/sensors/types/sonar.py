@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.sensors.noise import Noise
 from mrs_simulator.sensors.types.ranging import Ranging, read_range
 from mrs_simulator.vehicles.quantities import quantity
@@ -80,14 +80,12 @@ class Sonar(Ranging):
 def _read_transducers(section):
     given, where = section.take("transducers"), section.at("transducers")
     if not isinstance(given, list) or not 0 < len(given) <= MOST:
-        raise ScenarioError(
-            "{}: {}, wanted a list of up to {} [x, y, direction]".format(where, shown(given), MOST)
-        )
+        raise unwanted(where, given, "a list of up to {} [x, y, direction]".format(MOST))
     result = []
     for index, each in enumerate(given):
         own = "{}[{}]".format(where, index)
         if not isinstance(each, list) or len(each) != 3:
-            raise ScenarioError("{}: {}, wanted [x, y, direction]".format(own, shown(each)))
+            raise unwanted(own, each, "[x, y, direction]")
         units = ("m", FARTHEST), ("m", FARTHEST), ("rad", 2.0 * math.pi)
         result.append(
             tuple(

@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, unwanted
 from mrs_simulator.vehicles.arms.chain import Chain
 from mrs_simulator.vehicles.arms.models import MODELS, ArmModel, arm_model, chain_of
 from mrs_simulator.vehicles.importing.placing import transform_at
@@ -49,17 +49,14 @@ def read_arm(section, drive, module):
     section.take("home")
     section.done()
     if max(map(abs, mount[:3])) > FARTHEST:
-        text = "{}: {}, wanted within {:g} m"
-        raise ScenarioError(text.format(section.at("mount"), shown(list(mount)), FARTHEST))
+        raise unwanted(section.at("mount"), list(mount), "within {:g} m".format(FARTHEST))
     return Arm(model, mount, home)
 
 
 def _quantities(section, key, units):
     where, given = section.at(key), section.take(key)
     if not isinstance(given, list) or len(given) != len(units):
-        raise ScenarioError(
-            "{}: {}, wanted a list of {} numbers".format(where, shown(given), len(units))
-        )
+        raise unwanted(where, given, "a list of {} numbers".format(len(units)))
     return tuple(
         quantity(value, unit, "{}[{}]".format(where, place))
         for place, (value, unit) in enumerate(zip(given, units))

@@ -14,7 +14,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import body_speeds, clip_commands, displaced, wheel_speeds
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.vehicles.drives.wheel_stand import Stand
 
 AXES = ("linear.x", "angular.z")
@@ -74,8 +74,9 @@ def _read_skid(section):
     given = [key for key in keys if section.has(key)]
     if len(given) == 1:
         missing = keys[1 - keys.index(given[0])]
-        text = "{}: {}, wanted with {} (four wheels), or neither (two)"
-        raise ScenarioError(text.format(section.at(missing), shown(None), given[0]))
+        raise unwanted(
+            section.at(missing), None, "with {} (four wheels), or neither (two)".format(given[0])
+        )
     if not given:
         return {key: section.take(key, 0.0) for key in keys}
     return {key: section.quantity(key, "m", above=0.0, high=100.0) for key in keys}

@@ -17,7 +17,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, displaced
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.vehicles.drives.differential import rates, ride_height  # noqa: F401, as there
 from mrs_simulator.vehicles.drives.wheel_stand import Stand
 from mrs_simulator.vehicles.quantities import quantity
@@ -81,7 +81,7 @@ def read(section):
 def _read_omni(section):
     where, given = section.at("angles"), section.take("angles")
     if not isinstance(given, list) or not 3 <= len(given) <= ENCODERS:
-        raise ScenarioError("{}: {}, wanted a list of 3 or 4 angles".format(where, shown(given)))
+        raise unwanted(where, given, "a list of 3 or 4 angles")
     angles = [
         quantity(angle, "rad", "{}[{}]".format(where, index)) for index, angle in enumerate(given)
     ]
@@ -89,9 +89,7 @@ def _read_omni(section):
         np.array(angles), section.quantity("distance", "m", above=0.0, high=LARGEST)
     )
     if np.linalg.matrix_rank(rolling) < 3:
-        raise ScenarioError(
-            "{}: {}, wanted wheels that push in every direction".format(where, shown(given))
-        )
+        raise unwanted(where, given, "wheels that push in every direction")
     return rolling
 
 

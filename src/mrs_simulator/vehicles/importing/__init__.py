@@ -12,7 +12,7 @@ import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, shown, unwanted
 
 ENDINGS = (".urdf", ".xacro")
 
@@ -73,9 +73,7 @@ def _mapping(section, key, types, wanted):
     value = section.take(key, {})
     fits = isinstance(value, dict) and all(isinstance(each, str) for each in value)
     if not fits or not all(isinstance(each, types) for each in value.values()):
-        raise ScenarioError(
-            "{}: {}, wanted a mapping of {}".format(section.at(key), shown(value), wanted)
-        )
+        raise unwanted(section.at(key), value, "a mapping of {}".format(wanted))
     return value
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple, Optional, Tuple
 
-from mrs_simulator.scenario.reading import ScenarioError, Section, load_yaml, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, load_yaml, shown, unwanted
 from mrs_simulator.vehicles.importing.xml_reading import Tag, numbers
 
 DIFFERENTIAL, SKID_STEER = "gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive"
@@ -166,9 +166,7 @@ def _joint_names(section, key):
     value = section.take(key)
     names = [value] if isinstance(value, str) else value
     if not isinstance(names, list) or not names or not all(isinstance(each, str) for each in names):
-        raise ScenarioError(
-            "{}: {}, wanted a joint's name or a list of them".format(section.at(key), shown(value))
-        )
+        raise unwanted(section.at(key), value, "a joint's name or a list of them")
     return tuple(names)
 
 

@@ -10,7 +10,7 @@ import re
 import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
-from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import shown, unwanted
 
 IGNORED = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
 DEEPEST = 12  # [-] directories below one in ROS_PACKAGE_PATH
@@ -73,9 +73,7 @@ class Packages:
         elif scheme in ("", "file"):
             path = os.path.join(self._relative_to, urllib.parse.unquote(rest) if scheme else rest)
         else:
-            raise ScenarioError(
-                "{}: {}, wanted package://, file:// or a path".format(where, shown(uri))
-            )
+            raise unwanted(where, uri, "package://, file:// or a path")
         path = os.path.abspath(path)
         try:
             there = os.path.isfile(path)

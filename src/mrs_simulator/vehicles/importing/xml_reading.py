@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
-from mrs_simulator.scenario.reading import LARGEST_FILE, ScenarioError, reason, shown
+from mrs_simulator.scenario.reading import LARGEST_FILE, ScenarioError, reason, shown, unwanted
 
 
 def read_text(path):
@@ -91,7 +91,7 @@ def numbers(text, count, where, above=None, low=None):
         wanted = "a number" if count == 1 else "{} numbers".format(count)
         wanted += "" if above is None else " above {:g}".format(above)
         wanted += "" if low is None else " of at least {:g}".format(low)
-        raise ScenarioError("{}: {}, wanted {}".format(where, shown(text), wanted))
+        raise unwanted(where, text, wanted)
     return np.array(values)
 
 

@@ -129,6 +129,18 @@ def test_robots_of_a_simulation_that_has_ended_are_no_real_ones(monkeypatch):
     assert robots.snapshot(60.0).robots == (2,) and robots.snapshot(60.0).real.tolist() == [True]
 
 
+def test_a_smaller_simulation_after_a_larger_one_is_followed(monkeypatch):
+    monkeypatch.setattr(robots_module.rospy, "Subscriber", Subscriber)
+    robots, topic = RobotsConnection(), "/robot{}/odom"
+    kinds = {topic.format(number): "nav_msgs/Odometry" for number in (1, 2, 3)}
+    larger = {topic.format(number): ["/stage"] for number in (1, 2, 3)}
+    robots.follow(larger, {}, kinds, ["/stage"], None)
+    robots.forget()  # the stage says itself where they are
+    smaller = {topic.format(number): ["/stage"] for number in (1, 2)}
+    robots.follow(smaller, {}, kinds, ["/stage"], None)
+    assert robots.topics() == {1: "/robot1/odom", 2: "/robot2/odom"}
+
+
 def test_heights_of_real_robots_are_believed_of_teams_that_fly():
     robots, message = RobotsConnection(), Odometry()
     message.pose.pose.position.z, message.twist.twist.linear.z = 1.5, 0.25

@@ -97,7 +97,8 @@ class RobotsConnection:
             key=lambda t: (bool(controllers & set(subscribed.get(t, ()))), t.endswith("/odom"), t)
         )
         chosen = {int(ROBOT.match(topic).group(1)): topic for topic in topics}
-        for number in self._simulated.difference(chosen):  # gone with their simulation
+        gone = self._simulated.difference(chosen)  # with their simulation
+        for number in gone.intersection(self._subscribers):
             self._forget(number)
         self._simulated = frozenset(
             n for n, t in chosen.items() if self._stages.intersection(published[t])

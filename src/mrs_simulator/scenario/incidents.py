@@ -63,13 +63,8 @@ class Incident(NamedTuple):
 @explained_by("docs/scenarios.md#faults-and-pushes")
 def read_events(top, n):
     """Return the ``events`` of a scenario with n robots, a tuple in the order of their times."""
-    given = top.take("events", [])
-    if not isinstance(given, list):
-        raise unwanted(top.at("events"), given, "a list of {at, robot, event}")
-    events = [
-        _read_event(Section(item, "{}[{}]".format(top.at("events"), index)), n)
-        for index, item in enumerate(given)
-    ]
+    items = top.items("events", "a list of {at, robot, event}")
+    events = [_read_event(Section(item, where), n) for where, item in items]
     return tuple(sorted(events, key=lambda event: event.at))
 
 

@@ -217,6 +217,13 @@ class Section:
         """Return a list of ``count`` finite numbers."""
         return number_list(self.take(key), count, self.at(key))
 
+    def items(self, key, wanted):
+        """Return where each item of the list ``key`` is, and the item; none where it is not given."""
+        given, where = self.take(key, []), self.at(key)
+        if not isinstance(given, list):
+            raise unwanted(where, given, wanted)
+        return [("{}[{}]".format(where, index), item) for index, item in enumerate(given)]
+
     def done(self):
         """Refuse keys that were not read; the error names the nearest known one."""
         for key in self._content:

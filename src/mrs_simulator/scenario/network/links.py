@@ -158,12 +158,8 @@ def _read_per_edge(section, key, n, high):
         return PerEdge(number(given, section.at(key), low=0.0, high=high))
     inner = Section(given, section.at(key))
     default = inner.number("default", 0.0, low=0.0, high=high)
-    rows = inner.take("edges", [])
-    if not isinstance(rows, list):
-        raise unwanted(inner.at("edges"), rows, "a list of [i, j, value]")
     edges = []
-    for index, row in enumerate(rows):
-        place = "{}[{}]".format(inner.at("edges"), index)
+    for place, row in inner.items("edges", "a list of [i, j, value]"):
         if not isinstance(row, list) or len(row) != 3:
             raise unwanted(place, row, "[i, j, value]")
         pair = _read_pair(row[:2], place, n)

@@ -3,7 +3,7 @@
 import re
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, shown, unwanted
+from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, read_track
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder, is_flat, wall
 
@@ -13,21 +13,15 @@ ROBOT = re.compile(r"robot\d+")  # names that obstacles cannot have
 @explained_by("docs/scenarios.md#obstacles")
 def read_obstacles(top):
     """Return the obstacles under ``obstacles`` of the section ``top``, a tuple."""
-    given = top.take("obstacles", [])
-    if not isinstance(given, list):
-        raise unwanted(top.at("obstacles"), given, "a list")
     obstacles, names = [], set()
-    for index, item in enumerate(given):
-        obstacle = _read_obstacle(item, "{}[{}]".format(top.at("obstacles"), index), index)
+    for index, (where, item) in enumerate(top.items("obstacles", "a list")):
+        obstacle = _read_obstacle(item, where, index)
+        name = shown(obstacle.name)
         if obstacle.name in names:
-            text = "{}[{}]: the name {} is taken"
-            raise ScenarioError(text.format(top.at("obstacles"), index, shown(obstacle.name)))
+            raise ScenarioError("{}: the name {} is taken".format(where, name))
         if ROBOT.fullmatch(obstacle.name):
-            raise ScenarioError(
-                "{}[{}].name: {} is a robot's, wanted another one".format(
-                    top.at("obstacles"), index, shown(obstacle.name)
-                )
-            )
+            text = "{}.name: {} is a robot's, wanted another one"
+            raise ScenarioError(text.format(where, name))
         names.add(obstacle.name)
         obstacles.append(obstacle)
     return tuple(obstacles)

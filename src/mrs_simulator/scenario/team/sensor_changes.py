@@ -39,12 +39,8 @@ def read_sensor_changes(top, kinds, groups=()):
         for numbers, section in groups
         if section.has("sensors")
     ]
-    given = top.take("sensors", [])
-    if not isinstance(given, list):
-        raise unwanted(top.at("sensors"), given, "a list of {robots, kind, mounts}")
-    for index, item in enumerate(given):
-        section = Section(item, "{}[{}]".format(top.at("sensors"), index))
-        changes.append(_read_change(section, kinds))
+    for where, item in top.items("sensors", "a list of {robots, kind, mounts}"):
+        changes.append(_read_change(Section(item, where), kinds))
     return tuple(changes)
 
 

@@ -78,12 +78,27 @@ def test_what_may_vary_is_the_scenario_s_or_the_starts_and_reads_back():
         ),
         ("control.rate: [1", "what may vary, line 1: not valid YAML"),
         ("control.rate: [2, 1]", "what may vary.control.rate: [2, 1], wanted two numbers"),
+        ("mismach.delay: [0, 1]", "what may vary: unknown 'mismach'; did you mean 'mismatch'?"),
+        (
+            "control.parameters.gian: [1, 2]",
+            "what may vary.control.parameters: unknown 'gian'; did you mean 'gain'?",
+        ),
     ],
 )
 def test_what_cannot_vary_is_told(text, told):
     with pytest.raises(ScenarioError) as raised:
-        with_search(scenario(), text)
+        with_search(scenario(), text, ("gain", "l"))
     assert str(raised.value).startswith(told)
+
+
+def test_a_parameter_of_the_law_needs_no_path():
+    lines = "gain: [1, 2]\nmismatch.delay: [0, 0.4]\nseed: [1, 9]"
+    found = with_search(scenario(), lines, ("gain", "l")).search
+    assert [each.key for each in found.ranges] == [
+        "control.parameters.gain",
+        "mismatch.delay",
+        "seed",
+    ]
 
 
 @pytest.mark.parametrize("text", ["0", "1", "0,9", "nan", ""])
@@ -199,11 +214,12 @@ def test_bad_input_is_told_beside_its_field_and_nothing_starts(study):
     assert panel.notes["At least"].message == "'2': wanted a number between 0 and 1"
     assert not panel.notes["Confidence"].message and ended(study)
     # what the command itself refuses is told, too
-    panel.vary.setPlainText("control.speeed: [1, 2]")
+    panel.vary.setPlainText("gain: [200, 300]")
+    panel.runs.setValue(4)
     press(panel.buttons[BREAK])
     assert not panel.notes["vary"].message and not panel.notes["At least"].message
     until(study, lambda: ended(study))
-    assert "speeed" in panel.title.message and panel.title.message.startswith("not done: ")
+    assert "gain" in panel.title.message and panel.title.message.startswith("not done: ")
 
 
 def test_what_was_typed_stays_when_another_scenario_is_opened(study):

@@ -4,13 +4,17 @@ import math
 
 import yaml
 
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, parse_yaml
-from mrs_simulator.scenario.search import NO_SEARCH, POSES, search_from
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.search import NO_SEARCH, POSES, ROBOTS, search_from
+from mrs_simulator.study.run.sweep import put_key
 from mrs_simulator.study.search.default_space import apart_of, box_of
 from mrs_simulator.study.search.space import Space
 
 DIGITS = 3  # of a box that is suggested
 WHERE = "what may vary"
+PARAMETERS = "control.parameters."  # where the law's are
 
 
 def suggested(scenario):
@@ -41,14 +45,32 @@ def _whole(value):
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def with_search(scenario, text):
-    """Return the ``scenario`` whose key ``search`` is the ``text``; ``ScenarioError`` where it is none."""
+def with_search(scenario, text, parameters=()):
+    """Return the ``scenario`` whose key ``search`` is the ``text``; ``ScenarioError`` where it is none.
+
+    ``parameters``: names of the law's, which may stand for the paths of their keys.
+    """
     given = parse_yaml(text, WHERE)
     if not isinstance(given, dict):
         raise ScenarioError("{}: wanted lines such as mismatch.delay: [0, 0.4]".format(WHERE))
-    search = search_from(given, WHERE)
+    paths = {name: PARAMETERS + name for name in parameters}
+    search = search_from({paths.get(key, key): value for key, value in given.items()}, WHERE)
     Space(search, scenario.n, scenario.topology)  # is not empty
+    for each in search.ranges:
+        if each.key != ROBOTS:
+            _refuse_unknown(scenario, each, parameters)
     return scenario._replace(search=search)
+
+
+def _refuse_unknown(scenario, varied, parameters):
+    """Raise ``ScenarioError`` where the key of a ``Range`` is none of the scenario, nor its end a value."""
+    name = varied.key[len(PARAMETERS) :]
+    if parameters and varied.key.startswith(PARAMETERS) and name not in parameters:
+        raise ScenarioError(unknown_name(WHERE + "." + PARAMETERS[:-1], name, parameters))
+    content = scenario.to_dict()
+    value = int(varied.low) if varied.whole else varied.low
+    put_key(content, varied.key, varied.choices[0] if varied.choices else value)
+    scenario_from_dict(content, WHERE)
 
 
 def without_search(scenario):

@@ -49,7 +49,8 @@ class SearchControl(CommandControl):
         is_default = command == BREAK and not panel.vary.toPlainText().strip()
         if command != MARGINS and not is_default:
             try:
-                scenario = with_search(scenario, panel.vary.toPlainText())
+                names = getattr(self._study.edited.derived, "values", ())
+                scenario = with_search(scenario, panel.vary.toPlainText(), names)
             except ValueError as error:
                 errors["vary"] = reason(error)
         if command == BREAK:

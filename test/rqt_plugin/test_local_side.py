@@ -16,6 +16,7 @@ import pytest
 import yaml
 
 from mrs_simulator.core import compiling
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.engine import Engine
@@ -197,6 +198,24 @@ def test_one_click_runs_the_scenario_and_shows_its_verdict_and_another_does_so_a
     wanted = (tmp_path / "alone" / "run.csv").read_bytes()
     runs = list(tmp_path.glob(".local/share/mrs_simulator/runs/*/run.csv"))
     assert [run.read_bytes() for run in runs] == 2 * [wanted]
+
+
+def test_the_verdict_on_robots_that_stood_is_marked_once_their_graph_is_edited(tmp_path):
+    code = """
+    gui.bar.set_speed(0)
+    click("run")
+    until(lambda: gui.messages.toPlainText().count("saved to") == 1)
+    until(lambda: gui.study.state.is_over())
+    assert gui.verdict.verdict and not gui.past.remark
+    gui.topology.add_edge(1, 2)
+    until(lambda: gui.past.remark)
+    print(gui.verdict.title())
+    """
+    scenario = load_scenario(os.path.join(ROOT, "scenarios", "consensus.yaml"))
+    scenario = scenario._replace(duration=2.0, topology=Topology(scenario.n, []))
+    path = tmp_path / "alone.yaml"
+    path.write_text(scenario.to_yaml())
+    assert "Last run, before your edits" in in_window(code, path, tmp_path)
 
 
 def test_a_law_that_hangs_freezes_nothing_and_can_be_killed(tmp_path):

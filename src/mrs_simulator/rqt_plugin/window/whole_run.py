@@ -140,8 +140,7 @@ class WholeRun:
         now = history.time[-1] if history.recorded is None else snapshot.time
         if now - begun >= ran.duration - ROUNDING:
             self._waits = ""
-            if history.recorded is None:
-                history.begun = begun  # the controller has commanded the robots to stand
+            history.begun = begun  # the controller may have commanded the robots to stand
             if not connection.newest("stage").paused:
                 connection.ask("pause", True)  # of a run in which nothing moved
             self._results.judge()

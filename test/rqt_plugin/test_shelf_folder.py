@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import time
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from mrs_simulator.rqt_plugin.shelf.comparison import (
 )
 from mrs_simulator.rqt_plugin.shelf.differences import differing, flat, telling
 from mrs_simulator.rqt_plugin.shelf.folder import Shelf
-from mrs_simulator.rqt_plugin.shelf.run_row import broken
+from mrs_simulator.rqt_plugin.shelf.run_list import RunModel
+from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, broken
 from mrs_simulator.rqt_plugin.shelf.tracks import tracks_of
 from mrs_simulator.rqt_plugin.sweep.cells import SweepCells, read_news
 
@@ -177,6 +179,26 @@ def test_what_differs_between_scenarios_is_named_in_few_words():
         "protocol formation \u2192 consensus",
         "seed 0 \u2192 3",
     ]
+
+
+def test_a_difference_names_the_run_it_is_against_and_a_what_if_the_one_it_begins_as(
+    shelf, tmp_path
+):
+    folder = tmp_path / "home" / "runs"
+    paths = [make_run(folder, "run", 1e9, 0.02), make_run(folder, "what_if", 1.1e9, 0.05)]
+    paths += [make_run(folder, name, when, 0.05) for name, when in (("a", 1.2e9), ("b", 1.3e9))]
+    shelf.note_origin(paths[1], "run", 1e9)
+    first, second = (time.strftime("%Y-%m-%d %H:%M", time.localtime(t)) for t in (1e9, 1.2e9))
+    runs = RunModel()
+
+    def texts():
+        runs.take(shelf.scan())
+        return [runs.data(runs.index(row), ENTRY)[1] for row in range(len(runs.entries))]
+
+    against = "k 0.02 \u2192 0.05, against " + first
+    assert texts() == ["as " + second, against, "else as run, " + first, ""]
+    shelf.delete(paths[2])
+    assert texts() == [against, "else as run, " + first, ""]
 
 
 def test_runs_of_one_name_are_told_apart_by_what_differs():

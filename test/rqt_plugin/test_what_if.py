@@ -16,6 +16,7 @@ from ros_fixtures import wait_until
 
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR
 from mrs_simulator.study.run.ahead import Future
+from mrs_simulator.study.run.law_process import LawProcess
 
 APP = QApplication.instance() or QApplication([])
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
@@ -109,6 +110,23 @@ def test_gains_are_moved_by_a_slider_and_edges_cut_by_a_click(study):
     bar.clear_button.click()
     assert study.what_if._subject is None and bar.slider.value() == 0
     assert not bar.keep.isEnabled() and study.map.ahead is None
+
+
+def test_a_kept_run_is_named_after_what_was_changed(study, monkeypatch, tmp_path):
+    shelf, edge = study.study.shelf, study.map.edges.list[0]
+    shelf.home = str(tmp_path)
+    done = []
+    monkeypatch.setattr(study.connection, "do", lambda name, work: done.append(work))
+    monkeypatch.setattr(LawProcess, "ask", lambda *_: None)
+    study.map.ahead_cut.emit(edge)
+    looked(study)
+    study.map_panel.ahead.keep.click()
+    success, answer = done[0]()
+    study.what_if.kept(success, answer)
+    kept = shelf.settings()
+    name = "what if at 0.0 s: without {}\u2013{}".format(*edge[:2])
+    assert [marks["name"] for marks in kept["marks"].values()] == [name]
+    assert list(kept["origins"].values()) == [[study.scenario.title, 0.0]]
 
 
 def test_it_is_said_why_there_is_no_look_ahead(study):

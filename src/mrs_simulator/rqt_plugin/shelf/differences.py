@@ -7,7 +7,7 @@ NAMES = ("title", "speed")  # keys that change nothing of a run
 LONGEST = 24  # [characters] of a value in a line
 NOTHING = "\u2013"
 LAW = "control.protocol"
-PREFIXES = ("control.parameters.", "control.")  # left out of a key's short name
+PREFIXES = ("control.parameters.", "control.", "topology.")  # left out of a key's short name
 
 
 class Difference(NamedTuple):

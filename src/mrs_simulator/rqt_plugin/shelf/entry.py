@@ -49,6 +49,7 @@ class Entry(NamedTuple):
     marks: Marks = Marks()
     sweep: Any = None  # ``Swept``, of a sweep
     within: str = ""  # the path of the sweep whose run it is
+    origin: tuple = ()  # name and time [s] of the run as which it begins, of one kept by What if
 
     @property
     def name(self):

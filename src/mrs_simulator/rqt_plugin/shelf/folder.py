@@ -41,13 +41,17 @@ class Shelf:
     # Settings ------------------------------------------------------------------------------------
 
     def settings(self):
-        """Return the settings: folder, most_bytes, watched, others and marks; wrong ones are left out."""
+        """Return the settings: folder, most_bytes, watched, others, marks and origins.
+
+        Wrong ones are left out.
+        """
         usual = {
             "folder": os.path.join(self.home, "runs"),
             "most_bytes": MOST_BYTES,
             "watched": [os.path.join(os.path.expanduser("~"), SAVED)],
             "others": [],
             "marks": {},
+            "origins": {},
         }
         return read_settings(os.path.join(self.home, SETTINGS), usual)
 
@@ -98,7 +102,9 @@ class Shelf:
         swept = [run for runs in within.values() for run in runs][:MOST_SWEPT]
         entries = {each.path: each for each in self._entries.of(dict.fromkeys([*paths, *swept]))}
         for path, entry in entries.items():
-            entries[path] = entry._replace(marks=_marks(settings["marks"].get(path)))
+            origin = _origin(settings["origins"].get(path))
+            marks = _marks(settings["marks"].get(path))
+            entries[path] = entry._replace(marks=marks, origin=origin)
         own = [entries[path] for path in dict.fromkeys(paths) if path in entries]
         listed = []
         for entry in sorted(own, key=lambda entry: -entry.time):
@@ -137,6 +143,13 @@ class Shelf:
         others = {other: value for other, value in kept.items() if other != path}
         own = {path: changed._asdict()} if changed != Marks() else {}
         self.change(marks={**others, **own})
+
+    def note_origin(self, path, name, when):
+        """Keep of the run at ``path`` that it goes on otherwise than the run ``name`` of ``when`` [s].
+
+        The time is since 1970, 0 where it is not known.
+        """
+        self.change(origins={**self.settings()["origins"], path: [name, when]})
 
     # Coming and going ----------------------------------------------------------------------------
 
@@ -248,6 +261,12 @@ def _marks(kept):
     kept = kept if isinstance(kept, dict) else {}
     kinds = {name: type(value) for name, value in Marks()._asdict().items()}
     return Marks(**{k: kept[k] for k, kind in kinds.items() if isinstance(kept.get(k), kind)})
+
+
+def _origin(kept):
+    """Return the name and the time [s] that a file holds of another run; () of what is no such."""
+    is_one = isinstance(kept, list) and list(map(type, kept)) in ([str, float], [str, int])
+    return tuple(kept) if is_one else ()
 
 
 def _remove(path):

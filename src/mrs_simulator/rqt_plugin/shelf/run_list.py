@@ -6,17 +6,17 @@ import time
 from mrs_simulator.rqt_plugin.qt.QtCore import QAbstractListModel, QModelIndex, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QAbstractItemView, QListView
 from mrs_simulator.rqt_plugin.shelf.differences import differing, telling
-from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, LINES, LOW_LINES, RunRow
+from mrs_simulator.rqt_plugin.shelf.run_row import ENTRY, LINES, LOW_LINES, RunRow, when_text
 from mrs_simulator.rqt_plugin.shelf.thumbnail import Thumbnails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-SAME = "as the run before"
+SAME, AGAINST, ELSE_AS = "as {}", "{}, against {}", "else as {}"
 SWEPT, NOTHING = "{} runs over {}", "nothing yet"
 MOST_NAMED = 4  # [-] differences in a row
 
 
 class RunModel(QAbstractListModel):
-    """``Entry``s, what differs from the run before each, and which are compared or shown."""
+    """``Entry``s, what differs from an earlier run, and which are compared or shown."""
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -56,21 +56,29 @@ class RunModel(QAbstractListModel):
         return True
 
     def _difference(self, row):
-        """Return in words what differs from the run before that in ``row``, "" where it is not known.
+        """Return in words what differs from the run before that in ``row``, and of when that is.
 
-        Of a sweep: over what it is.
+        "" where it is not known.  Of a sweep: over what it is; of a what-if: the run as which it begins.
         """
         if self.entries[row].sweep is not None:
             swept = self.entries[row].sweep
             return SWEPT.format(swept.runs, ", ".join(swept.keys) or NOTHING)
+        if self.entries[row].origin:
+            name, when = self.entries[row].origin
+            return ELSE_AS.format(", ".join([name] + [when_text(when)] * (when > 0)))
         keys = {} if self.entries[row].within else self.entries[row].keys
-        earlier = (each for each in self.entries[row + 1 :] if not each.within)
-        before = next((each.keys for each in earlier if each.keys), None)
+        earlier = (each for each in self.entries[row + 1 :] if not (each.within or each.origin))
+        before = next((each for each in earlier if each.keys), None)
         if not keys or before is None:
             return ""
-        found = [each.text for each in telling(differing((before, keys)))]
-        more = ["..."] if len(found) > MOST_NAMED else []
-        return ", ".join(found[:MOST_NAMED] + more) or SAME
+        found, when = telling(differing((before.keys, keys))), when_text(before.time)
+        texts = [each.text for each in found[:MOST_NAMED]] + ["..."] * (len(found) > MOST_NAMED)
+        return AGAINST.format(", ".join(texts), when) if found else SAME.format(when)
+
+    def about(self, path):
+        """Return name and time [s] of the run at ``path``, () where it is not listed."""
+        row = self.row_of(path)
+        return (self.entries[row].name, self.entries[row].time) if row >= 0 else ()
 
     def toggle(self, row):
         """Lay the run in ``row`` over the one shown, or no longer."""

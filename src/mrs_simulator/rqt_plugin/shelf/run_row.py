@@ -1,4 +1,4 @@
-"""Paints one run of the list: its box, picture, name, verdict, and what differs from the run before."""
+"""Paints one run of the list: its box, picture, name, verdict, and what differs from another run."""
 
 import time
 
@@ -135,7 +135,7 @@ class RunRow(QStyledItemDelegate):
         palette, font = self.parent().palette(), QFont(self.parent().font())
         bold = QFont(font)
         bold.setBold(True)
-        when = time.strftime(day_form(entry.time), time.localtime(entry.time))
+        when = when_text(entry.time)
         lines = [
             ((PIN if entry.marks.pinned else "") + entry.name, bold, colour),
             (", ".join(filter(None, (when, entry.protocol))), font, faint(colour)),
@@ -186,6 +186,11 @@ def faint(colour):
     result = QColor(colour)
     result.setAlphaF(0.7)
     return result
+
+
+def when_text(when):
+    """Return a time [s] since 1970 as it is written."""
+    return time.strftime(day_form(when), time.localtime(when))
 
 
 def day_form(when):

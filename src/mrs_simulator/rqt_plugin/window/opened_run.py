@@ -2,14 +2,13 @@
 
 import os
 import tempfile
-import time
 
 from mrs_simulator.rqt_plugin.curves.quantities import ErrorCurve
 from mrs_simulator.rqt_plugin.curves.source import Source
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.loaded_run import load_run
 from mrs_simulator.rqt_plugin.shelf.entry import data_of, run_at
-from mrs_simulator.rqt_plugin.shelf.run_row import day_form
+from mrs_simulator.rqt_plugin.shelf.run_row import when_text
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -68,14 +67,13 @@ class OpenedRun:
 
     def _title(self):
         """Return the name and the time of the run that is shown."""
-        path, listed = self.run.path, self._panels.shelf.list.runs
-        row = listed.row_of(path)
-        name = listed.entries[row].name if row >= 0 else os.path.basename(path)
+        path = self.run.path
+        about = self._panels.shelf.list.runs.about(path)
         try:
-            when = listed.entries[row].time if row >= 0 else os.path.getmtime(data_of(path))
+            name, when = about or (os.path.basename(path), os.path.getmtime(data_of(path)))
         except OSError:  # it was deleted
-            return name
-        return "{}, {}".format(name, time.strftime(day_form(when), time.localtime(when)))
+            return os.path.basename(path)
+        return "{}, {}".format(name, when_text(when))
 
     def show_frame(self):
         """Show targets and graph of the moment that is shown."""

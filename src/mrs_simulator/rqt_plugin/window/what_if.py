@@ -209,12 +209,16 @@ class WhatIf:
 
     def _said(self, edit):
         """Return what is otherwise in ``edit``, and from when on, in words."""
+        return "From {:.1f} s, {}".format(edit.time, self._changed(edit))
+
+    def _changed(self, edit):
+        """Return what is otherwise in ``edit``, in words."""
         gains = ["{} = {:.4g}".format(name, value) for name, value in edit.parameters.items()]
         moved = [
             "robot {} at ({:.2f}, {:.2f})".format(row + 1, *at) for row, at in edit.places.items()
         ]
         gone = ["without {}\u2013{}".format(*edge[:2]) for edge in self._gone]
-        return "From {:.1f} s, {}".format(edit.time, ", ".join(gains + moved + gone) or "as it was")
+        return ", ".join(gains + moved + gone) or "as it was"
 
     # Keeping -------------------------------------------------------------------------------------
 
@@ -223,12 +227,15 @@ class WhatIf:
         subject, edit = self._subject, self._edit()
         path = self._study.shelf.new_directory("{} what if".format(subject.scenario.title or "run"))
         scenario, changes, said = subject.scenario, list(subject.changes), self._said(edit)
+        name = "what if at {:.1f} s: {}".format(edit.time, self._changed(edit))
+        listed = self._panels.shelf.list.runs
+        origin = listed.about(listed.shown) or (scenario.title or "run", 0.0)
 
         def work():
             laws = LawProcess(KEEP_LIMIT)
             try:
                 laws.ask("ahead", scenario, "keep_ahead", changes, edit, path)
-                return True, (path, said)
+                return True, (path, said, name, origin)
             except Exception as error:  # of a law, which may raise anything
                 shutil.rmtree(path, ignore_errors=True)
                 return False, reason(error)
@@ -243,8 +250,9 @@ class WhatIf:
         """Take the answer to the request ``KEEP``; return True, since nothing more is to be said."""
         bar = self._panels.map_panel.ahead
         if success:
-            path, said = answer
-            self._study.shelf.mark(path, note=said)
+            path, said, name, origin = answer
+            self._study.shelf.mark(path, name=name, note=said)
+            self._study.shelf.note_origin(path, *origin)
             self._panels.say("kept in {}".format(path))
             bar.show_state("Kept as {}, on the list of runs".format(os.path.basename(path)), False)
         else:

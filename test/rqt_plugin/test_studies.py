@@ -218,7 +218,8 @@ def test_a_cell_of_a_sweep_map_is_a_run_that_opens(at_window, tmp_path):
     study = person.study
     person.tab("Sweep")
     axes = study.sweep.axes
-    assert axes[0].name.currentText() == "gain" and axes[1].name.currentText() == "control.rate"
+    offered = ["gain", "control.rate"]
+    person.until(lambda: [axis.name.currentText() for axis in axes] == offered)
     for form, ends in zip(axes, (("0.5", "4"), ("4", "20"))):
         for field, text in zip((form.low, form.high, form.count), (*ends, "2")):
             person.fill(field, text)
@@ -276,6 +277,7 @@ def test_a_counterexample_is_on_the_map_by_three_clicks(at_window):
     person = at_window(scenario_from_yaml(MEETING, "scenario"))
     study = person.study
     person.tab("Search")
+    person.until(lambda: "gain" in study.search.vary.toPlainText())
     person.picture("form")
     person.click(person.button("Find counterexample"))
     assert study.search.bar.isVisible() and study.search.bar.maximum() == 500
@@ -598,15 +600,13 @@ def test_two_gains_are_compared_by_keys_alone(at_window):
     person = at_window(shipped("paper_four", duration=3.0))
     study = person.study
     as_fast_as_possible(person)
-    person.key(Qt.Key_F5)
-    wait_judged(person, 1)
+    run_by_key(person, 1)
     tabs = study.settings_tabs.tabBar()
     tab_to(person, tabs)
     person.key(Qt.Key_Right)
     tab_to(person, person.seen(QLineEdit, "k"))
     person.replace("0.05")
-    person.key(Qt.Key_F5)
-    wait_judged(person, 2)
+    run_by_key(person, 2)
     tab_to(person, tabs)
     person.key(Qt.Key_Right, times=2)
     tab_to(person, person.seen(QListView, "Runs"))
@@ -619,6 +619,13 @@ def test_two_gains_are_compared_by_keys_alone(at_window):
     person.until(lambda: study.study.state.is_emergency())
     person.picture("stopped")
     assert person.clicks == 0
+
+
+def run_by_key(person, count):
+    """Press F5 as soon as Run is offered, and wait until ``count`` runs are judged."""
+    person.until(person.study.bar.button("run").isEnabled)
+    person.key(Qt.Key_F5)
+    wait_judged(person, count)
 
 
 def tab_to(person, widget):

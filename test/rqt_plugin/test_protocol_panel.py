@@ -5,7 +5,8 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
-from gui_fixtures import shown
+from gui_fixtures import quiet_study, shown
+from protocol_fixtures import shipped
 from PyQt5.QtCore import QPoint, QPointF, Qt
 from PyQt5.QtGui import QColor, QPalette, QWheelEvent
 from PyQt5.QtTest import QTest
@@ -346,3 +347,22 @@ def test_the_panel_fits_a_narrow_column(panel):
     assert panel.minimumSizeHint().width() <= 360 * max(1.0, panel.fontMetrics().height() / 18.0)
     for name in DEFAULTS:
         assert field(panel, name).width() >= field(panel, name).minimumWidth()
+
+
+def test_the_safety_filter_is_switched_on_and_off_and_undone():
+    widget = shown(quiet_study(shipped("formation_safely")), 1180, 720)
+    try:
+        box, arena = widget.protocol.safety, widget.study.scenario.control.safety
+        assert box.isChecked() and arena
+        QTest.mouseClick(box, Qt.LeftButton, Qt.NoModifier, QPoint(8, box.height() // 2))
+        assert widget.study.scenario.control.safety is False and not box.isChecked()
+        widget.bar.undo_asked.emit()
+        assert widget.study.scenario.control.safety == arena and box.isChecked()
+        widget.show_scenario(shipped("paper_four"))
+        assert not box.isChecked()
+        QTest.mouseClick(box, Qt.LeftButton, Qt.NoModifier, QPoint(8, box.height() // 2))
+        assert widget.study.scenario.control.safety.obstacles and box.isChecked()
+    finally:
+        widget.close_study()
+        widget.close()
+        APP.processEvents()

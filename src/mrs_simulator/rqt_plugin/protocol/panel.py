@@ -5,6 +5,7 @@ import os
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
+    QCheckBox,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -26,6 +27,7 @@ class ProtocolPanel(QWidget):
 
     protocol_chosen = Signal(str)  # a shipped one's name, /path/file.py or /path/file.py:Class
     parameters_changed = Signal(object)  # dict of all parameters
+    safety_changed = Signal(bool)  # whether the safety filter is wanted
     file_requested = Signal(str)  # the directory to look in; the answer goes to take_file
 
     def __init__(self, parent=None):
@@ -41,6 +43,12 @@ class ProtocolPanel(QWidget):
         self._defaults = QPushButton("Defaults")
         self._defaults.setToolTip("Reset all parameters to the protocol's defaults")
         self._defaults.clicked.connect(self._on_defaults)
+        self.safety = QCheckBox("Safety filter")
+        self.safety.setToolTip(
+            "Replaces the law's commands by the nearest with which robots touch neither each other nor "
+            "obstacles; the verdict says what that leaves of the theorem"
+        )
+        self.safety.clicked.connect(self.safety_changed)
         self._build_layout()
         self._show_protocol()
         self.set_parameters((), {})
@@ -70,6 +78,7 @@ class ProtocolPanel(QWidget):
         self._class_label = QLabel("Class")
         second.addWidget(self._class_label)
         second.addWidget(self._class, 1)
+        last.addWidget(self.safety)
         last.addStretch(1)
         last.addWidget(self._defaults)
         layout.addLayout(first)

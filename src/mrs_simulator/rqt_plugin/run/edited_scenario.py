@@ -10,6 +10,7 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.undo import Undo
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
+from mrs_simulator.scenario.safety import Safety
 from mrs_simulator.scenario.scenario import title_of
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at
@@ -164,6 +165,11 @@ class EditedScenario:
         if not wrong and self._state.has_control():
             self._connection.set_parameters(checked)
         return wrong
+
+    def set_safety(self, on):
+        """Have the safety filter, of obstacles too, or none; return what is wrong with it, or ""."""
+        control = self.scenario.control._replace(safety=Safety() if on else False)
+        return self.try_out(self.scenario._replace(control=control))
 
     def set_topology(self, edges, directed):
         """Take another graph; a controller that is there gets it at once.  Return what is wrong, or ""."""

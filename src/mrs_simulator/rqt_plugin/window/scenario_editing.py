@@ -20,6 +20,7 @@ class ScenarioEditing:
         panels.team.arranged.connect(self._on_arranged)
         panels.protocol.protocol_chosen.connect(self._on_protocol)
         panels.protocol.parameters_changed.connect(self._on_parameters)
+        panels.protocol.safety_changed.connect(self._on_safety)
         panels.topology.topology_changed.connect(self._on_topology)
         panels.bar.duration.chosen.connect(self._on_duration)
         panels.bar.duration.refused.connect(self._on_no_duration)
@@ -83,6 +84,7 @@ class ScenarioEditing:
         derived, protocol = self._study.edited.derived, self._panels.protocol
         protocol.set_protocol(self._study.scenario.control.protocol)
         protocol.set_parameters(derived.parameters, derived.values)
+        protocol.safety.setChecked(bool(self._study.scenario.control.safety))
         self._show_derived()
 
     def _show_derived(self):
@@ -207,6 +209,15 @@ class ScenarioEditing:
             self._show_protocol()
         else:
             self._show_derived()
+
+    @guarded
+    def _on_safety(self, on):
+        wrong = self._panels.say(self._study.edited.set_safety(on))
+        if not wrong and self._study.state.has_control():
+            self._panels.say(
+                "the safety filter is {} from the next start on".format("on" if on else "off")
+            )
+        self._show_protocol()
 
     @guarded
     def _on_topology(self, edges, directed):

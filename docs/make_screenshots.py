@@ -312,11 +312,11 @@ def take(options):
             gui.results_tabs.setCurrentWidget(curves)
             rest(1.5)
         gui.bar.set_speed(5 if options.robots == 7 else 1)
+        cleared = gui.history.cleared  # with the run before
         press("run")
         gui.settings_tabs.setCurrentIndex(1)
-        until(lambda: len(gui.history.time) and gui.history.state.command[-1].any())
-        begun = gui.history.time[-1]
-        until(lambda: gui.history.time[-1] > begun + 15.0)
+        until(lambda: gui.history.cleared > cleared and gui.history.begun is not None)
+        until(lambda: len(gui.history.time) and gui.history.lasts(15.0))
         gui.curves.setFocus()
         picture("gui_run")
         gui.settings_tabs.setCurrentIndex(2)

@@ -113,21 +113,24 @@ def fly(count, step, table, place, velocity, attitude, rates, rotors, wanted, ha
     ``Flight``; ``wanted`` (3, m) [m/s^2]: the acceleration; ``halves``: cosines and sines (m,) of half of
     heading, pitch and roll at which they aim; ``turning`` (m,) [rad/s]; ``air`` (3, m) [m/s].
     """
-    aimed = np.empty((4, len(turning)))
+    m = len(turning)
+    aimed, axis, gyroscopic, change = (
+        np.empty((4, m)),
+        np.empty((3, m)),
+        np.empty((3, m)),
+        np.empty((3, m)),
+    )
+    speeds, thrust, spare = np.empty((4, m)), np.empty(m), np.empty((8, m))
     aim_at(halves, aimed)
-    axis, gyroscopic, change, speeds = np.empty(3), np.empty(3), np.empty(3), np.empty(4)
-    for i in range(len(turning)):
-        for _ in range(count):
-            thrust = act(table, i, attitude, rates, rotors, axis, gyroscopic, change)
-            command(
-                table, i, attitude, rates, wanted, aimed, turning, axis, gyroscopic, change, speeds
-            )
-            advance(table, i, step, place, velocity, rotors, air, thrust, axis)
-            for k in range(3):
-                rates[k, i] = rates[k, i] + step * change[k]
-            turn(i, step, attitude, rates)
-            for k in range(4):
-                rotors[k, i] = speeds[k] + table[LEFT, i] * (rotors[k, i] - speeds[k])
+    for _ in range(count):
+        act(table, attitude, rates, rotors, thrust, axis, gyroscopic, change, spare)
+        command(table, attitude, rates, aimed, turning, axis, gyroscopic, change, speeds, spare)
+        lift(table, wanted, axis, speeds, spare)
+        advance(table, step, place, velocity, rotors, air, thrust, axis, spare)
+        turn(step, attitude, rates, change, spare)
+        for k in range(4):
+            lag(rotors[k], speeds[k], table[LEFT])
+        for i in range(m):
             if place[2, i] <= 0.0:
                 place[2, i], velocity[2, i] = 0.0, max(velocity[2, i], 0.0)
 
@@ -142,82 +145,251 @@ def aim_at(halves, aimed):
         aimed[3, i] = c[i] * cp[i] * cr[i] + s[i] * sp[i] * sr[i]
 
 
-def act(table, i, attitude, rates, rotors, axis, gyroscopic, change):
-    """Return the thrust [N] of robot ``i``, and fill what else is ``Acting`` on it, (3,) each."""
-    s0, s1 = rotors[0, i] * rotors[0, i], rotors[1, i] * rotors[1, i]
-    s2, s3 = rotors[2, i] * rotors[2, i], rotors[3, i] * rotors[3, i]
-    right, left, first, second = s0 + s1, s2 + s3, s0 - s1, s2 - s3
-    x, y, z, w = attitude[0, i], attitude[1, i], attitude[2, i], attitude[3, i]
-    axis[0], axis[1], axis[2] = x * z + w * y, y * z - w * x, 0.5 - x * x - y * y
-    change[0], change[1], change[2] = left - right, second - first, second + first
+# The loops below are short, of few arrays each, so that they use the processor's vectors.
+
+
+def act(table, attitude, rates, rotors, thrust, axis, gyroscopic, change, spare):
+    """Fill ``thrust`` (m,) [N], and what else is ``Acting`` on robots, (3, m) each."""
+    x, y, z, w = rows_of(attitude)
+    m, total = len(thrust), table[EFFECT]
+    for k in range(4):
+        times(rotors[k], rotors[k], spare[k])
+    s0, s1, s2, s3 = rows_of(spare)
+    for i in range(m):
+        thrust[i] = ((s2[i] + s3[i]) + (s0[i] + s1[i])) * total[i]
+    right, ahead, about = change[0], change[1], change[2]
+    for i in range(m):
+        right[i] = (s2[i] + s3[i]) - (s0[i] + s1[i])
+    for i in range(m):
+        ahead[i] = (s2[i] - s3[i]) - (s0[i] - s1[i])
+    for i in range(m):
+        about[i] = (s2[i] - s3[i]) + (s0[i] - s1[i])
+    east, north, up = axis[0], axis[1], axis[2]
+    for i in range(m):
+        east[i] = x[i] * z[i] + w[i] * y[i]
+    for i in range(m):
+        north[i] = y[i] * z[i] - w[i] * x[i]
+    for i in range(m):
+        up[i] = 0.5 - x[i] * x[i] - y[i] * y[i]
     for k in range(3):
-        axis[k] += axis[k]
+        twice(axis[k])
+        times(table[INERTIA + k], rates[k], spare[k])
+    for k in range(3):
         n, a = (k + 1) % 3, (k + 2) % 3
-        later = rates[n, i] * (table[INERTIA + a, i] * rates[a, i])
-        gyroscopic[k] = later - rates[a, i] * (table[INERTIA + n, i] * rates[n, i])
-        torque = change[k] * table[EFFECT + 1 + k, i]
-        change[k] = (torque - gyroscopic[k]) / table[INERTIA + k, i]
-    return (left + right) * table[EFFECT, i]
+        difference(rates[n], spare[a], rates[a], spare[n], gyroscopic[k])
+        quicken(change[k], table[EFFECT + 1 + k], gyroscopic[k], table[INERTIA + k])
 
 
-def command(table, i, attitude, rates, wanted, aim, turning, axis, gyroscopic, change, speeds):
-    """Fill ``speeds`` (4,) [rad/s], the commanded rotor speeds of robot ``i``, as ``rotor_speeds``."""
-    x, y, z, w = attitude[0, i], attitude[1, i], attitude[2, i], attitude[3, i]
-    a, b, c, d = aim[0, i], aim[1, i], aim[2, i], aim[3, i]
-    t0 = w * a - d * x - (y * c - z * b)
-    t1 = w * b - d * y - (z * a - x * c)
-    t2 = w * c - d * z - (x * b - y * a)
-    side = -2.0 if x * a + y * b + z * c + w * d < 0.0 else 2.0
-    r0 = table[ATTITUDE, i] * (t0 * side)
-    r1 = table[ATTITUDE + 1, i] * (t1 * side)
-    r2 = table[ATTITUDE + 2, i] * (t2 * side) + turning[i] * axis[2]
-    speeds[1], speeds[2], speeds[3] = r0, r1, r2
+def rows_of(values):
+    """Return the first four rows of ``values``."""
+    return values[0], values[1], values[2], values[3]
+
+
+def times(a, b, out):
+    """Fill ``out`` (m,) with the products of ``a`` and ``b``."""
+    for i in range(len(out)):
+        out[i] = a[i] * b[i]
+
+
+def twice(values):
+    """Double ``values`` (m,), in place."""
+    for i in range(len(values)):
+        values[i] = values[i] + values[i]
+
+
+def difference(a, b, c, d, out):
+    """Fill ``out`` (m,) with ``a b - c d``."""
+    for i in range(len(out)):
+        out[i] = a[i] * b[i] - c[i] * d[i]
+
+
+def quicken(change, effect, gyroscopic, inertia):
+    """Make ``change`` (m,), squares of speeds, the angular acceleration [rad/s^2] about an axis."""
+    for i in range(len(change)):
+        change[i] = (change[i] * effect[i] - gyroscopic[i]) / inertia[i]
+
+
+def lag(rotors, speeds, left):
+    """Let the speeds of ``rotors`` (m,) follow ``speeds``, as ``lagged_speeds``, in place."""
+    for i in range(len(rotors)):
+        rotors[i] = speeds[i] + left[i] * (rotors[i] - speeds[i])
+
+
+def command(table, attitude, rates, aimed, turning, axis, gyroscopic, change, speeds, spare):
+    """Fill ``speeds[1:]`` with the torques (3, m) [N m] that ``rotor_speeds`` wants."""
+    x, y, z, w = rows_of(attitude)
+    a, b, c, d = rows_of(aimed)
+    side, other, m = spare[0], spare[1], len(turning)
+    for i in range(m):
+        side[i] = x[i] * a[i] + y[i] * b[i]
+    for i in range(m):
+        side[i] = side[i] + z[i] * c[i] + w[i] * d[i]
+    for i in range(m):
+        side[i] = -2.0 if side[i] < 0.0 else 2.0
+    difference(w, a, d, x, speeds[1])
+    difference(y, c, z, b, other)
+    less(speeds[1], other)
+    difference(w, b, d, y, speeds[2])
+    difference(z, a, x, c, other)
+    less(speeds[2], other)
+    difference(w, c, d, z, speeds[3])
+    difference(x, b, y, a, other)
+    less(speeds[3], other)
     for k in range(3):
-        quicker = table[RATE + k, i] * (speeds[k + 1] - rates[k, i])
-        quicker -= table[DAMPING + k, i] * change[k]
-        quicker = min(max(quicker, -table[MOST + k, i]), table[MOST + k, i])
-        speeds[k + 1] = table[INERTIA + k, i] * quicker + gyroscopic[k]
-    along = wanted[0, i] * axis[0] + wanted[1, i] * axis[1] + wanted[2, i] * axis[2]
-    speeds[0] = table[MASS, i] * max(along + GRAVITY * axis[2], 0.0)
-    for k in range(4):
-        speeds[k] /= table[SPLIT + k, i]
-    right, left = speeds[0] - speeds[1], speeds[0] + speeds[1]
-    first, second = speeds[3] - speeds[2], speeds[3] + speeds[2]
-    s0, s1, s2, s3 = right + first, right - first, left + second, left - second
-    least, most = table[LEAST_SQUARE, i], table[MOST_SQUARE, i]
-    lift = max(least - min(min(s0, s1), min(s2, s3)), 0.0)
-    lift -= max(max(max(s0, s1), max(s2, s3)) + lift - most, 0.0)
-    speeds[0], speeds[1] = s0 + lift, s1 + lift
-    speeds[2], speeds[3] = s2 + lift, s3 + lift
-    for k in range(4):
-        speeds[k] = math.sqrt(min(max(speeds[k], least), most))
-
-
-def advance(table, i, step, place, velocity, rotors, air, thrust, axis):
-    """Move robot ``i`` by a substep under ``thrust`` [N] along ``axis`` (3,), in place, as ``advanced``."""
-    total = -(rotors[0, i] + rotors[1, i] + rotors[2, i] + rotors[3, i])
-    vx, vy, vz = velocity[0, i] - air[0, i], velocity[1, i] - air[1, i], velocity[2, i] - air[2, i]
-    side = table[DRAG, i]
-    along = (table[DRAG + 2, i] - side) * (vx * axis[0] + vy * axis[1] + vz * axis[2])
-    share = step / table[MASS, i]
-    velocity[0, i] += share * (total * (side * vx + along * axis[0]) + thrust * axis[0])
-    velocity[1, i] += share * (total * (side * vy + along * axis[1]) + thrust * axis[1])
-    velocity[2, i] += share * (total * (side * vz + along * axis[2]) + thrust * axis[2])
-    velocity[2, i] -= step * GRAVITY
+        scale(speeds[k + 1], side, table[ATTITUDE + k])
+    times(turning, axis[2], other)
+    for i in range(m):
+        speeds[3, i] = speeds[3, i] + other[i]
     for k in range(3):
-        place[k, i] += step * velocity[k, i]
+        near(speeds[k + 1], rates[k], change[k], table[RATE + k], table[DAMPING + k])
+        bound(speeds[k + 1], table[MOST + k], table[INERTIA + k], gyroscopic[k])
 
 
-def turn(i, step, attitude, rates):
-    """Turn the ``attitude`` of robot ``i`` by a substep of its ``rates``, in place, as ``turned``."""
-    x, y, z, w = attitude[0, i], attitude[1, i], attitude[2, i], attitude[3, i]
-    half = 0.5 * step
-    p, q, r = half * rates[0, i], half * rates[1, i], half * rates[2, i]
-    a, b = w * p + y * r - z * q + x, w * q + z * p - x * r + y
-    c, d = w * r + x * q - y * p + z, -(x * p + y * q + z * r) + w
-    size = math.sqrt(a * a + b * b + c * c + d * d)
-    attitude[0, i], attitude[1, i] = a / size, b / size
-    attitude[2, i], attitude[3, i] = c / size, d / size
+def less(values, others):
+    """Subtract ``others`` (m,) from ``values``, in place."""
+    for i in range(len(values)):
+        values[i] = values[i] - others[i]
+
+
+def scale(values, side, gain):
+    """Make ``values`` (m,), half of turns on one ``side``, the rates wanted [rad/s], in place."""
+    for i in range(len(values)):
+        values[i] = gain[i] * (values[i] * side[i])
+
+
+def near(wanted, rates, change, gain, damping):
+    """Make the rates ``wanted`` (m,) the angular acceleration that brings ``rates`` near, in place."""
+    for i in range(len(wanted)):
+        wanted[i] = gain[i] * (wanted[i] - rates[i]) - damping[i] * change[i]
+
+
+def bound(quicker, most, inertia, gyroscopic):
+    """Make ``quicker`` (m,) [rad/s^2], at ``most`` as much, a torque [N m], in place."""
+    for i in range(len(quicker)):
+        quicker[i] = inertia[i] * min(max(quicker[i], -most[i]), most[i]) + gyroscopic[i]
+
+
+def lift(table, wanted, axis, speeds, spare):
+    """Make torques ``speeds[1:]``, and the thrust for ``wanted`` (3, m), rotor speeds, as ``speeds_of``."""
+    t, x, y, z = rows_of(speeds)
+    east, north, up, mass, m = axis[0], axis[1], axis[2], table[MASS], len(t)
+    for i in range(m):
+        t[i] = wanted[0, i] * east[i] + wanted[1, i] * north[i] + wanted[2, i] * up[i]
+    for i in range(m):
+        t[i] = mass[i] * max(t[i] + GRAVITY * up[i], 0.0)
+    for k in range(4):
+        divide(speeds[k], table[SPLIT + k])
+    s0, s1, s2, s3 = rows_of(spare)
+    for i in range(m):
+        s0[i] = (t[i] - x[i]) + (z[i] - y[i])
+    for i in range(m):
+        s1[i] = (t[i] - x[i]) - (z[i] - y[i])
+    for i in range(m):
+        s2[i] = (t[i] + x[i]) + (z[i] + y[i])
+    for i in range(m):
+        s3[i] = (t[i] + x[i]) - (z[i] + y[i])
+    least, most = table[LEAST_SQUARE], table[MOST_SQUARE]
+    for i in range(m):
+        t[i] = max(least[i] - min(min(s0[i], s1[i]), min(s2[i], s3[i])), 0.0)
+    for i in range(m):
+        highest = max(max(s0[i], s1[i]), max(s2[i], s3[i]))
+        t[i] = t[i] - max(highest + t[i] - most[i], 0.0)
+    for k in range(4):
+        add(spare[k], t)
+    for k in range(4):
+        root(spare[k], least, most, speeds[k])
+
+
+def add(values, others):
+    """Add ``others`` (m,) to ``values``, in place."""
+    for i in range(len(values)):
+        values[i] = values[i] + others[i]
+
+
+def divide(values, by):
+    """Divide ``values`` (m,) ``by`` others, in place."""
+    for i in range(len(values)):
+        values[i] = values[i] / by[i]
+
+
+def root(squares, least, most, speeds):
+    """Fill ``speeds`` (m,) with the roots of ``squares`` between ``least`` and ``most``."""
+    for i in range(len(squares)):
+        speeds[i] = math.sqrt(min(max(squares[i], least[i]), most[i]))
+
+
+def advance(table, step, place, velocity, rotors, air, thrust, axis, spare):
+    """Move robots under ``thrust`` (m,) [N] along ``axis`` (3, m), in place, as ``advanced``."""
+    r0, r1, r2, r3 = rows_of(rotors)
+    vx, vy, vz, along = rows_of(spare)
+    east, north, up, m = axis[0], axis[1], axis[2], len(thrust)
+    total = spare[4]
+    side, upright, mass = table[DRAG], table[DRAG + 2], table[MASS]
+    for k in range(3):
+        for i in range(m):
+            spare[k, i] = velocity[k, i] - air[k, i]
+    for i in range(m):
+        along[i] = vx[i] * east[i] + vy[i] * north[i] + vz[i] * up[i]
+    for i in range(m):
+        along[i] = (upright[i] - side[i]) * along[i]
+    for i in range(m):
+        total[i] = -(r0[i] + r1[i] + r2[i] + r3[i])
+    for k in range(3):
+        drag(spare[k], side, along, axis[k], total)
+        push(velocity[k], step, mass, spare[k], thrust, axis[k])
+    for i in range(m):
+        velocity[2, i] = velocity[2, i] - step * GRAVITY
+    for k in range(3):
+        go(place[k], step, velocity[k])
+
+
+def drag(velocity, side, along, axis, total):
+    """Make ``velocity`` (m,) through the air the drag [N], in place, as ``drag_of``."""
+    for i in range(len(velocity)):
+        velocity[i] = total[i] * (side[i] * velocity[i] + along[i] * axis[i])
+
+
+def push(velocity, step, mass, force, thrust, axis):
+    """Let ``force`` and ``thrust`` (m,) [N] change ``velocity`` [m/s] for a ``step`` [s], in place."""
+    for i in range(len(velocity)):
+        velocity[i] = velocity[i] + step / mass[i] * (force[i] + thrust[i] * axis[i])
+
+
+def go(values, step, rate):
+    """Let ``values`` (m,) change at ``rate`` for a ``step`` [s], in place."""
+    for i in range(len(values)):
+        values[i] = values[i] + step * rate[i]
+
+
+def turn(step, attitude, rates, change, spare):
+    """Turn robots by a substep of ``rates``, which ``change``, (3, m) both, in place, as ``turned``."""
+    x, y, z, w = rows_of(attitude)
+    p, q, r, size = rows_of(spare)
+    half, m = 0.5 * step, rates.shape[1]
+    after = spare[4:]
+    for k in range(3):
+        go(rates[k], step, change[k])
+        for i in range(m):
+            spare[k, i] = half * rates[k, i]
+    a, b, c, d = rows_of(after)
+    for i in range(m):
+        a[i] = w[i] * p[i] + y[i] * r[i] - z[i] * q[i] + x[i]
+    for i in range(m):
+        b[i] = w[i] * q[i] + z[i] * p[i] - x[i] * r[i] + y[i]
+    for i in range(m):
+        c[i] = w[i] * r[i] + x[i] * q[i] - y[i] * p[i] + z[i]
+    for i in range(m):
+        d[i] = -(x[i] * p[i] + y[i] * q[i] + z[i] * r[i]) + w[i]
+    for i in range(m):
+        size[i] = math.sqrt(a[i] * a[i] + b[i] * b[i] + c[i] * c[i] + d[i] * d[i])
+    for k in range(4):
+        share(after[k], size, attitude[k])
+
+
+def share(values, size, part):
+    """Fill ``part`` (m,) with ``values`` over ``size``."""
+    for i in range(len(values)):
+        part[i] = values[i] / size[i]
 
 
 def settle(table, place, velocity, attitude, keeps, held, after):

@@ -15,7 +15,7 @@ PATIENCE = 0.03  # [s] for the formation error within one redraw
 FIRST_CHUNK, LARGEST_CHUNK = 20, 500  # [-] samples given to the error's function at once
 LEAST_SPAN = 0.02  # of a linear axis that fits itself, so that rest looks like rest
 MOST_DECADES = 12.0  # of a logarithmic axis that fits itself
-NO_ERROR = "The protocol defines no formation error"
+NO_ERROR = "The protocol defines no formation error for this team and graph"
 
 
 class Quantity(NamedTuple):

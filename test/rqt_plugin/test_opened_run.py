@@ -213,6 +213,32 @@ def test_a_verdict_on_the_own_run_waits_while_another_run_is_shown(study, runs):
     shutil.rmtree(str(verdict.parent))
 
 
+def test_a_run_that_is_saved_again_stays_one_row(study, runs, tmp_path, monkeypatch):
+    first = str(runs[0] / "runs" / "run0")
+    monkeypatch.setattr(study.study.files, "saver", lambda *_: lambda: None)
+    monkeypatch.setattr(study.study.files, "saver_of", lambda *_: lambda: None)
+    study.history.fill(history_of(read_run_csv(os.path.join(first, "run.csv"))).state)
+    study.history.moved = study.history.time[-1]
+
+    def ended(path):
+        assert study.results.ended(True, os.path.join(str(path), "verdict.json"))
+        study.shelf_control.add(os.path.join(str(path), "verdict.json"))
+
+    shutil.copytree(first, str(tmp_path / "copy"))
+    study.results.judge()
+    study.results.save(str(tmp_path / "copy"))  # which waits
+    ended(first)
+    ended(tmp_path / "copy")
+    assert study.study.shelf.settings()["copies"] == {str(tmp_path / "copy"): first}
+    assert study.results.of_run() == first and len(study.study.shelf.scan()) == 2
+    path = opened(study, 0)
+    shutil.copytree(path, str(tmp_path / "other"))
+    study.results.save(str(tmp_path / "other"))
+    ended(tmp_path / "other")
+    assert len(study.study.shelf.scan()) == 2
+    study.study.shelf.change(others=[], copies={})
+
+
 def test_the_run_that_was_shown_as_a_folder_was_asked_for_is_saved(study, tmp_path, monkeypatch):
     asked = []
     monkeypatch.setattr(study.study.files, "saver_of", lambda path, *_: lambda: asked.append(path))

@@ -85,6 +85,18 @@ def test_saved_results_are_listed_too_and_deleted_by_nobody_but_the_user(shelf, 
     assert names(shelf) == []
 
 
+def test_a_copy_is_listed_once_its_original_is_gone_or_it_is_added(shelf, tmp_path):
+    original = make_run(tmp_path / "home" / "runs", "run", 1e9)
+    copy = make_run(tmp_path / "mrs_runs", "copy", 2e9)
+    shelf.note_copy(copy, original)
+    assert names(shelf) == ["run"]
+    deleted = shelf.delete(original)
+    assert names(shelf) == ["copy"]
+    shelf.restore(deleted)
+    assert names(shelf) == ["run"]
+    assert shelf.add(copy) == copy and names(shelf) == ["copy", "run"]
+
+
 def test_runs_stay_listed_where_another_folder_is_chosen(shelf, tmp_path):
     path = make_run(tmp_path / "home" / "runs", "old", 1e9)
     shelf.keep_in(str(tmp_path))

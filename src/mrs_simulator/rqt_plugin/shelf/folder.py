@@ -41,7 +41,7 @@ class Shelf:
     # Settings ------------------------------------------------------------------------------------
 
     def settings(self):
-        """Return the settings: folder, most_bytes, watched, others, marks and origins.
+        """Return the settings: folder, most_bytes, watched, others, marks, origins and copies.
 
         Wrong ones are left out.
         """
@@ -52,6 +52,7 @@ class Shelf:
             "others": [],
             "marks": {},
             "origins": {},
+            "copies": {},
         }
         return read_settings(os.path.join(self.home, SETTINGS), usual)
 
@@ -98,6 +99,8 @@ class Shelf:
         for folder in settings["watched"]:
             paths += runs_in(folder)[:MOST_WATCHED]
         paths += [path for path in settings["others"] if is_listed(path)]
+        copies, listed = settings["copies"], set(paths)
+        paths = [path for path in paths if copies.get(path) not in listed]
         within = {path: runs_of(path) for path in paths if path in unfolded}
         swept = [run for runs in within.values() for run in runs][:MOST_SWEPT]
         entries = {each.path: each for each in self._entries.of(dict.fromkeys([*paths, *swept]))}
@@ -124,6 +127,8 @@ class Shelf:
             self._append("watched", path)
             return None
         path = run_at(path)
+        if path in self.settings()["copies"]:
+            self.note_copy(path, None)
         if not self.holds(path) and not self._is_watched(path):
             self._append("others", path)
         return path
@@ -150,6 +155,14 @@ class Shelf:
         The time is since 1970, 0 where it is not known.
         """
         self.change(origins={**self.settings()["origins"], path: [name, when]})
+
+    def note_copy(self, path, original):
+        """Keep that the run at ``path`` is a copy of that at ``original``, beside which it is not listed.
+
+        None: it is listed from now on.
+        """
+        copies = {copy: of for copy, of in self.settings()["copies"].items() if copy != path}
+        self.change(copies={**copies, path: original} if original else copies)
 
     # Coming and going ----------------------------------------------------------------------------
 

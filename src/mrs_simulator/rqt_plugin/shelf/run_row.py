@@ -138,7 +138,7 @@ class RunRow(QStyledItemDelegate):
         when = when_text(entry.time)
         lines = [
             ((PIN if entry.marks.pinned else "") + entry.name, bold, colour),
-            (", ".join(filter(None, (when, entry.protocol))), font, faint(colour)),
+            (when, font, faint(colour)),
         ]
         painter.setFont(font)
         parts = broken(difference, painter.fontMetrics(), first.width())
@@ -154,6 +154,10 @@ class RunRow(QStyledItemDelegate):
         second = first.translated(0, int(1.15 * first.height()))
         painter.drawText(second, Qt.AlignRight | Qt.AlignVCenter, word)
         taken = painter.fontMetrics().horizontalAdvance(word + "  ")
+        with_law = ", ".join(filter(None, (when, entry.protocol)))
+        fits = painter.fontMetrics().horizontalAdvance(with_law) <= first.width() - taken
+        if fits and self.lines == LINES:
+            lines[1] = (with_law, font, faint(colour))  # whole, or not at all
         for row, (text, face, shade) in enumerate(lines):
             painter.setFont(face)
             painter.setPen(shade)

@@ -26,7 +26,10 @@ class Results:
         self.directory = None  # of the run saved last
         # Times that the history had been cleared when it was saved, and for what is being saved.
         self._cleared, self._saves = -1, history.cleared
-        self._waiting = []  # what is to be saved next: how it begins, and the same of it
+        # What is to be saved next: how it begins, the same of it, and the path of the run it copies, None
+        # for the one saved before.
+        self._waiting = []
+        self._copies, self.original = "", ""  # that path of what is being saved, and was saved last
 
     def can_be_saved(self):
         """Return whether a run is shown, and no saving is under way."""
@@ -68,23 +71,25 @@ class Results:
         path = self._shown() if path is None else path
         if path:
             self._panels.say("saving to {}".format(directory))
-            self._wait(self._study.files.saver_of(path, directory, more), NOT_OWN)
+            self._wait(self._study.files.saver_of(path, directory, more), NOT_OWN, path)
         elif not self._nothing_to_save():
             self._panels.say("saving to {}".format(directory))
             self._begin(self._study.files.saver(self._history, directory, FIGURES, more))
 
     def _begin(self, save):
         """Begin to ``save`` the window's own run, once nothing else is being saved."""
+        is_saved = self._history.saved >= self._history.moved > -np.inf
         self._history.saved = self._history.moved
-        self._wait(save, self._history.cleared)
+        self._wait(save, self._history.cleared, None if is_saved else "")
 
-    def _wait(self, save, of):
-        self._waiting.append((save, of))
+    def _wait(self, save, of, original):
+        self._waiting.append((save, of, original))
         self._go_on()
 
     def _go_on(self):
         if self._since is None and self._waiting:
-            save, self._saves = self._waiting.pop(0)
+            save, self._saves, copies = self._waiting.pop(0)
+            self._copies = self.of_run() if copies is None else copies
             self._since = time.monotonic()
             save()
             self.show_progress()
@@ -104,7 +109,7 @@ class Results:
 
     def ended(self, success, answer):
         """Handle the end of saving; show the verdict, and return whether all was saved."""
-        self._since = None
+        self._since, self.original = None, self._copies
         if success:
             self._take_saved(answer)
         elif self._is_of_now():
@@ -118,7 +123,7 @@ class Results:
 
     def _take_saved(self, path):
         self._panels.say_saved(os.path.dirname(path), "saved to {}")
-        if self._saves != NOT_OWN:
+        if self._saves != NOT_OWN and not self.original:
             self.directory, self._cleared = os.path.dirname(path), self._saves
         if self._is_of_now():
             self._show_verdict(path)

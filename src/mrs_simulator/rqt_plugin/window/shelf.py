@@ -124,8 +124,10 @@ class ShelfControl:
         self._files.open_unless_controlled(os.path.join(path, SCENARIO_FILE))
 
     def add(self, path):
-        """List the run whose folder has the file ``path``, such as its verdict."""
-        self._do(self._shelf.add, os.path.dirname(path))
+        """List the run whose folder has the file ``path``, such as its verdict; no copy of a listed run."""
+        folder, original = os.path.dirname(path), self._results.original
+        if self._do(self._shelf.add, folder) is not None and original not in ("", folder):
+            self._do(self._shelf.note_copy, folder, original)
 
     @guarded
     def _on_mark(self, path, marks):

@@ -202,6 +202,15 @@ def test_a_line_says_where_a_picture_is_and_opens_its_folder(study, tmp_path, mo
     assert not study.saved.isVisible()
 
 
+def test_the_line_names_the_home_directory_as_its_user_does(study, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    study.saved.name(str(tmp_path / "run"), 2000)
+    assert "saved: ~" + os.sep + "run" in study.saved.text()
+    assert study.saved.folder() == str(tmp_path) and str(tmp_path) in study.saved.toolTip()
+    study.saved.name(str(tmp_path) + "2/run", 2000)
+    assert str(tmp_path) + "2/run" in study.saved.text()
+
+
 def test_the_line_opens_a_folder_that_was_saved_itself(study, tmp_path):
     study.say_saved(str(tmp_path))
     assert study.saved.folder() == str(tmp_path)

@@ -34,7 +34,9 @@ class SavedPlace(QLabel):
         metrics = self.fontMetrics()
         others = metrics.horizontalAdvance("saved:  \u2013 Open folder ")
         room = max(LEAST * metrics.averageCharWidth(), width - others)
-        shown = metrics.elidedText(self.path, Qt.ElideMiddle, room)
+        home = os.path.expanduser("~") + os.sep
+        short = "~" + os.sep + self.path[len(home) :] if self.path.startswith(home) else self.path
+        shown = metrics.elidedText(short, Qt.ElideMiddle, room)
         self.setText(TEXT.format(html.escape(shown), tint("link", self.palette())))
         self.setToolTip(TIP.format(self.path))
         self.setVisible(True)

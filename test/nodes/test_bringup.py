@@ -167,7 +167,9 @@ def recorded(ros, out, *stage_arguments, hindrance=contextlib.nullcontext):
     return (out / "run.csv").read_bytes()
 
 
-@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+@pytest.mark.parametrize(
+    "fidelity", ["kinematic", pytest.param("dynamic", marks=pytest.mark.release)]
+)
 def test_lockstep_gives_the_same_bytes_when_hindered_and_after_a_stall(ros, tmp_path, fidelity):
     chosen = "_fidelity:=" + fidelity
     freely = recorded(ros, tmp_path / "freely", chosen)

@@ -67,7 +67,7 @@ def lossy(loss=0.4, symmetric=False, **changes):
     return scenario._replace(topology=Topology.preset("ring", scenario.n), links=links)
 
 
-@pytest.mark.parametrize("symmetric", [True, False])
+@pytest.mark.parametrize("symmetric", [pytest.param(True, marks=pytest.mark.release), False])
 def test_two_hundred_seeds_have_the_expected_mean_square(symmetric):
     scenario = lossy(symmetric=symmetric)
     study = lossy_study(scenario, 200)

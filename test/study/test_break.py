@@ -268,7 +268,7 @@ def test_pushes_are_drawn_and_become_events():
 @pytest.mark.parametrize(
     "vary, found",
     [
-        ("edges={cut: 2, add: 1}", "edges"),
+        pytest.param("edges={cut: 2, add: 1}", "edges", marks=pytest.mark.release),
         ("dead=2", "dead"),
         ("pushes={most: 2, within: 3.6, until: 20}", "pushes"),
     ],

@@ -118,3 +118,17 @@ def test_a_reset_puts_verdict_and_curves_away(study):
     tabs = study.results_tabs
     assert tabs.tabText(tabs.indexOf(study.verdict)) == "Verdict"
     assert not is_marked(study) and not study.curves._plot.axes.lines
+
+
+def test_the_tabs_stay_where_they_are_as_the_verdict_changes(study):
+    tabs, places = study.results_tabs, []
+    bar = tabs.tabBar()
+    study.verdict.clear()
+    for headline in ("", "on course", "FAILED", "3 failing", "not judged", "passed"):
+        study.verdict.headline_changed.emit(headline)
+        places.append(bar.tabRect(tabs.indexOf(study.comparison)).left())
+    assert len(set(places)) == 1
+    study.verdict.headline_changed.emit("self-consistent (last run)")
+    widest = bar.tabRect(tabs.indexOf(study.comparison)).left()
+    study.verdict.headline_changed.emit("passed")
+    assert bar.tabRect(tabs.indexOf(study.comparison)).left() == widest > places[0]

@@ -34,10 +34,12 @@ from mrs_simulator.rqt_plugin.widgets.messages import MessageList
 from mrs_simulator.rqt_plugin.widgets.overlay import Overlay
 from mrs_simulator.rqt_plugin.widgets.saved_place import SavedPlace
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
+from mrs_simulator.rqt_plugin.widgets.steady_tabs import SteadyTabs
 from mrs_simulator.rqt_plugin.window.one_column import OneColumn
 from mrs_simulator.rqt_plugin.window.side_by_side import TITLE, SideBySide
 
 SIZE = (1180, 720)  # [px] that shows everything
+WIDEST = "Verdict: not judged"  # usual text of a tab, for which there is room from the start
 SETTINGS = 21  # [lines of text] that the settings are wide at first
 GAP = 16  # [px] between parts of the status line
 STATUS = ("master", "stage", "controller", "robots", "time")
@@ -138,6 +140,8 @@ class StudyPanels(QWidget):
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)
         self.results_tabs = QTabWidget()
+        bar = SteadyTabs(self.results_tabs)
+        self.results_tabs.setTabBar(bar)
         for widget, title in (
             (self.curves, "Curves"),
             (self.view, TITLE),
@@ -152,6 +156,7 @@ class StudyPanels(QWidget):
         ):
             widget.setObjectName(title.replace(" ", "-"))  # by which settings know it
             self.results_tabs.addTab(widget, title)
+        bar.reserve(WIDEST)
         self.results_tabs.setMovable(True)
         return self.results_tabs
 

@@ -552,3 +552,21 @@ press("stage", "end")
 until(lambda: processes.is_gone("stage"))
 assert processes.code("stage") in (0, -2, 130), processes.code("stage")
 """)
+
+
+def test_of_a_recorded_run_motion_is_shown_and_no_sensor_that_is_waited_for(study, app):
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensors.show_robot(1)
+    app.processEvents()
+    study.sensing.show()
+    now = study.sensors.table.rowCount()
+    assert now > 0
+    study.map.show_snapshot(STANDS)
+    study.opened.run = SimpleNamespace(path="a run")
+    study.sensing.show()
+    table = study.sensors.table
+    assert [table.text(row, 0) for row in range(table.rowCount())] == ["motion"]
+    assert "not in a recorded run" in study.sensors._note.message
+    study.opened.run = None
+    study.sensing.show()
+    assert table.rowCount() == now

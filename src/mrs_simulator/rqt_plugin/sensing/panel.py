@@ -28,6 +28,7 @@ HEADERS = (
 READING, STATE = 1, 4  # columns
 SHOWN = 3  # [-] incidents, the newest
 CHOOSE = "Choose a robot here, or click on one on the map."
+NOT_RECORDED = "Readings of sensors are not in a recorded run."
 NONE = "Robot {} has no sensors: its kind declares none, and the scenario adds none."
 
 
@@ -102,17 +103,18 @@ class SensorsPanel(QWidget):
     def _on_chosen(self, place):
         self.robot_chosen.emit(int(self._robots.itemText(place) or 0))
 
-    def show_sensors(self, mounts, received, trouble="", depth=None, status=()):
+    def show_sensors(self, mounts, received, trouble="", depth=None, status=(), recorded=False):
         """Show the readings ``received`` of the robot's ``mounts``, by name.
 
         ``trouble``: why there are no mounts; ``depth``: the camera's, if shown; ``status``: ``StatusRow``s
-        to list below.
+        to list below; ``recorded``: whether this is of a recorded run.
         """
         self.looks.setVisible(any(mount.type == "camera" for mount in mounts.values()))
         self._show_picture(received, depth)
         rows = [_cells(mount, received.get(name)) for name, mount in mounts.items()]
         rows += [(each.name, each.message, "", _age(each.age), each.level) for each in status]
         note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
+        note = NOT_RECORDED if recorded and self.number else note
         self._note.say(trouble or note, "error" if trouble else "aside")
         tints = [(k, STATE, TINTS.get(cells[STATE], "error")) for k, cells in enumerate(rows)]
         tips = [

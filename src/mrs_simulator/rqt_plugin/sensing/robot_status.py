@@ -9,6 +9,8 @@ import numpy as np
 from mrs_simulator.sensors.number_texts import degrees, number
 from mrs_simulator.state.columns import Z
 
+MOVES = "v and \u03c9: how the robot moves, not what it is commanded"
+
 
 class StatusRow(NamedTuple):
     """What one source reports of a robot, a row of its panel."""
@@ -39,7 +41,8 @@ def status_rows(robot, snapshot, stage, control):
     if snapshot is not None and robot in snapshot.robots:
         row = snapshot.robots.index(robot)
         fresh = bool(snapshot.fresh[row])
-        rows.append(StatusRow("motion", _motion(snapshot, row), "good" if fresh else "stale"))
+        motion, level = _motion(snapshot, row), "good" if fresh else "stale"
+        rows.append(StatusRow("motion", motion, level, tip="{}\n{}".format(motion, MOVES)))
     if stage is not None and robot in stage.real_silent:
         rows.append(StatusRow("stage", "receives no odometry", "error"))
     elif stage is not None and robot in stage.timed_out:

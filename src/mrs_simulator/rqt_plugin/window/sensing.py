@@ -41,7 +41,10 @@ class Sensing:
             },
             mounts,
         )
-        if panels.sensors.isVisible():
+        if panels.opened.run is not None:
+            status = self._status(panels.sensors.number)
+            panels.sensors.show_sensors({}, {}, status=status, recorded=True)
+        elif panels.sensors.isVisible():
             readings = {
                 key[1]: received.get(key) for key in in_panel if self._is_shown(key, received)
             }
@@ -55,6 +58,8 @@ class Sensing:
         if not number:
             return []
         connection = self._study.connection
+        if self._panels.opened.run is not None:  # of which no program of now knows
+            return status_rows(number, self._panels.map.team.state, None, None)
         stage, control = (
             connection.newest(name) if connection.is_fresh(name) else None
             for name in ("stage", "control")

@@ -222,12 +222,13 @@ class MapPanel(QWidget):
         """Put boxes and buttons where there is room for them."""
         super().resizeEvent(event)
         self.lesser.fold(self._least_width() > self.width())
-        others = [self._group, self._fit, *([] if self._trail.isHidden() else [self._trail])]
-        row = [*self.shown.values(), *others]
+        # That of the trail too, whether a robot is selected or not: else the map would move.
+        row = [*self.shown.values(), self._group, self._fit, self._trail]
         wide = sum(each.sizeHint().width() + self._row.spacing() for each in row)
         for box in self.shown.values():
             box.setVisible(wide <= self.width())
         self.layers.setVisible(wide > self.width())
+        self._show_trail()
 
     def _least_width(self):
         """Return the width [px] of a row with the buttons of all modes, and a menu of layers."""
@@ -241,6 +242,11 @@ class MapPanel(QWidget):
         self._row.addWidget(self._trail)
         self._trail.setVisible(False)
         self._trail.toggled.connect(self._on_trail)
+        self._trail_entry = self.layers.menu().addAction(self._trail.text())
+        self._trail_entry.setCheckable(True)
+        self._trail_entry.setVisible(False)
+        self._trail_entry.toggled.connect(self._trail.setChecked)
+        self._trail.toggled.connect(self._trail_entry.setChecked)
 
     def _set_mode(self, mode):
         self.map.set_mode(mode)
@@ -268,7 +274,14 @@ class MapPanel(QWidget):
         self._trail.blockSignals(True)
         self._trail.setChecked(number not in self._hidden)
         self._trail.blockSignals(False)
-        self._trail.setVisible(number > 0)
+        self._trail_entry.setText(self._trail.text())
+        self._trail_entry.setChecked(self._trail.isChecked())
+        self._show_trail()
+
+    def _show_trail(self):
+        """Offer the trail of the robot selected in the row, or in the menu where layers are in that."""
+        self._trail.setVisible(self._chosen > 0 and self.layers.isHidden())
+        self._trail_entry.setVisible(self._chosen > 0)
 
     @guarded
     def _on_trail(self, shown):

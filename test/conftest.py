@@ -1,6 +1,5 @@
 """Fixtures that all tests share, and the choice of the quick ones and of one room's."""
 
-import atexit
 import glob
 import os
 import resource
@@ -15,7 +14,6 @@ import pytest
 from gui_fixtures import app, gui, no_hidden_errors  # noqa: F401
 from old_rospy import rospy_fails_by_itself, stand_aside
 from ros_fixtures import ros  # noqa: F401
-from workers import Workers
 
 # A test with one of these starts a ROS master or a GUI's process.
 PROCESSES = {"ros", "gui"}
@@ -38,25 +36,16 @@ CACHE = os.path.join(os.path.expanduser("~"), ".cache", "matplotlib")
 os.environ.setdefault("MPLCONFIGDIR", CACHE)  # to read all fonts anew takes seconds
 for variable in ("XDG_DATA_HOME", "XDG_CACHE_HOME"):
     os.environ.pop(variable, None)
+OWN_HOME = os.environ["HOME"] = tempfile.mkdtemp(prefix="mrs_simulator_home_")
 os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build", "pycache")
 # Nor is pytest to rewrite their assertions each time, where this process runs them itself.
 sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]
 
 
-def own_home():
-    """Give this process a HOME of its own, removed as it ends."""
-    os.environ["HOME"] = tempfile.mkdtemp(prefix="mrs_simulator_home_")
-    atexit.register(shutil.rmtree, os.environ["HOME"], ignore_errors=True)
-
-
-own_home()
-
-
 def pytest_addoption(parser):
-    """Add ``--all``, ``--fast``, ``--room``, ``--workers`` and ``--list-slow``."""
+    """Add ``--all``, ``--fast``, ``--room`` and ``--list-slow``."""
     parser.addoption("--all", action="store_true", help="also what is run before a release")
     parser.addoption("--fast", action="store_true", help="only quick tests that start no ROS")
-    parser.addoption("--workers", type=int, default=0, help="how many processes run the tests")
     parser.addoption("--room", choices=FOLDERS, help="only the tests in this folder")
     parser.addoption(
         "--list-slow", metavar="FILE", help="append the functions of slow tests to FILE"
@@ -64,15 +53,17 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Let workers run the tests, if ``--workers`` says so; compile only what tests ask for.
+    """Compile only what tests ask for.
 
     Before a release runs compile what users' runs compile, which takes minutes where nothing is kept yet.
     """
     if not config.getoption("--all"):
         os.environ.setdefault("MRS_SIMULATOR_COMPILED", "0")
-    if config.getoption("--workers"):
-        count = config.getoption("--workers")
-        config.pluginmanager.register(Workers(count, own_home, _starts_processes))
+
+
+def pytest_unconfigure():
+    """Remove the directory of settings."""
+    shutil.rmtree(OWN_HOME, ignore_errors=True)
 
 
 def pytest_collection_modifyitems(config, items):
@@ -83,7 +74,7 @@ def pytest_collection_modifyitems(config, items):
         slow = {line.strip() for line in file}
     kept, left = [], []
     for item in items:
-        long = _starts_processes(item) or _function(item) in slow
+        long = PROCESSES.intersection(item.fixturenames) or _function(item) in slow
         wanted = not (fast and long) and (not room or _folder(item) == room)
         wanted = wanted and (everything or item.get_closest_marker("release") is None)
         (kept if wanted else left).append(item)
@@ -109,10 +100,6 @@ def pytest_runtest_makereport(item):
     outcome = yield
     if OLD_ROSPY:
         stand_aside(outcome.get_result(), item)
-
-
-def _starts_processes(item):
-    return bool(PROCESSES.intersection(item.fixturenames))
 
 
 def _folder(item):

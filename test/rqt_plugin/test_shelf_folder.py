@@ -211,6 +211,9 @@ def test_a_difference_names_the_run_it_is_against_and_a_what_if_the_one_it_begin
     assert texts() == ["as " + second, against, "else as run, " + first, ""]
     shelf.delete(paths[2])
     assert texts() == [against, "else as run, " + first, ""]
+    make_run(folder / "again", "run", 1.4e9, 0.1)  # of the same title as the first
+    shelf.add(str(folder / "again" / "run"))
+    assert texts()[0] == "k 0.02 \u2192 0.1, against " + first
 
 
 def test_runs_of_one_name_are_told_apart_by_what_differs():

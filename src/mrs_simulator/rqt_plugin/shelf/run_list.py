@@ -56,7 +56,7 @@ class RunModel(QAbstractListModel):
         return True
 
     def _difference(self, row):
-        """Return in words what differs from the run before that in ``row``, and of when that is.
+        """Return in words what differs from the run before of the same title, else of any, and its time.
 
         "" where it is not known.  Of a sweep: over what it is; of a what-if: the run as which it begins.
         """
@@ -67,8 +67,9 @@ class RunModel(QAbstractListModel):
             name, when = self.entries[row].origin
             return ELSE_AS.format(", ".join([name] + [when_text(when)] * (when > 0)))
         keys = {} if self.entries[row].within else self.entries[row].keys
-        earlier = (each for each in self.entries[row + 1 :] if not (each.within or each.origin))
-        before = next((each for each in earlier if each.keys), None)
+        earlier = [e for e in self.entries[row + 1 :] if e.keys and not (e.within or e.origin)]
+        alike = [each for each in earlier if each.title == self.entries[row].title]
+        before = next(iter(alike + earlier), None)
         if not keys or before is None:
             return ""
         found, when = telling(differing((before.keys, keys))), when_text(before.time)

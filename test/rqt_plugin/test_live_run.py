@@ -208,6 +208,18 @@ def test_a_stop_that_was_asked_for_is_no_error(study):
         assert trouble in study.messages.toPlainText()
 
 
+def test_warnings_are_closed_whatever_the_controller_does_meanwhile(study):
+    status = SimpleNamespace(running=True, warnings=("deadlock",))
+    study.live._show_warnings(status)
+    study.live.go_on(None)  # after a replay
+    study.banners.button("warnings", "Close").click()
+    assert not study.banners.text("warnings")
+    study.live._show_warnings(status)
+    assert not study.banners.text("warnings")
+    study.live._show_warnings(SimpleNamespace(running=True, warnings=("deadlock", "slow")))
+    assert study.banners.text("warnings") == "deadlock\nslow"
+
+
 def test_predicted_paths_are_on_the_map_until_the_robots_go(study, monkeypatch):
     paths = np.zeros((5, study.scenario.n, 2))
     found = iter([(paths, None)])

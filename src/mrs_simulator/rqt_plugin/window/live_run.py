@@ -32,7 +32,7 @@ class LiveRun:
         self._last_control = None
         self._is_obeyed = False  # whether targets and graph that are shown are a controller's
         self._reported_trouble = ""  # by the controller
-        self._dismissed = ()  # the controller's warnings that the user has closed
+        self._warned, self._dismissed = (), ()  # its warnings last shown, and those that the user closed
         self.ran = None  # the scenario that the run began with, and facts of it, once it has begun
         self._incidents = IncidentTexts()
         self._forecast = None  # where theory has the robots of the scenario go, (k, n, 2) [m]
@@ -274,9 +274,9 @@ class LiveRun:
         if not warnings or warnings == self._dismissed:
             self._panels.banners.clear("warnings")
             return
-        text = "\n".join(warnings)
+        self._warned, text = warnings, "\n".join(warnings)
         self._panels.banners.notify("warnings", "warning", text, ("Close", self._dismiss_warnings))
 
     def _dismiss_warnings(self):
-        self._dismissed = self._last_control.warnings
+        self._dismissed = self._warned
         self._panels.banners.clear("warnings")

@@ -158,7 +158,7 @@ def test_a_law_apart_is_sent_each_reading_once():
     pose = np.array([[0.0, 0.0, 0.0], [-1.0, 2.0, 0.0]])
     sonar = RangeReading(0.0, np.full(16, 2.0), np.zeros((16, 3)), 5.0)
     readings = {0: {"sonar": sonar}, 1: {"sonar": sonar}}
-    assert law.sensors == ("sonar",)
+    assert law.state.sensors == ("sonar",)
     for known in (readings, readings, dict(readings)):
         command = law.commands(pose, 0.0, 10.0, readings=known)
         assert (command[:, 0] > 0.0).all()

@@ -138,7 +138,7 @@ def test_theory_is_compared_with_what_comes_after_a_change(tmp_path):
     verdict, track = judged(run, control)
     assert verdict["outcome"] == "passed", verdict
     told = "gain 0.2 -> 0.5 at 4.00 s"
-    judged_checks = [c for c in verdict["checks"] if "from 4.0 s on" in c["note"]]
+    judged_checks = [c for c in verdict["checks"] if "from 4.1 s on" in c["note"]]
     assert judged_checks and all(told in c["note"] for c in judged_checks)
     assert any(told in text for text in verdict["warnings"])
     assert track["time"][0] == run.time[40]

@@ -180,6 +180,11 @@ def test_colours_are_centred_where_zero_decides():
     assert scale_for(MARGIN, np.full((2, 2), math.nan)) is None
 
 
+def test_what_just_holds_is_seen_beside_what_just_fails():
+    holds, fails = scale_for(MARGIN, np.array([[0.5, -7.0]])).shades(np.array([1e-6, -1e-6]))
+    assert holds[2] - holds[0] > 50 and fails[0] - fails[2] > 50  # blue and red, not white
+
+
 def test_news_are_what_ended_since_with_why_a_run_has_no_verdict(tmp_path):
     assert read_news(str(tmp_path), set(), False) == (None, {})
     (tmp_path / "sweep.json").write_text(json.dumps(plan_of(HOLDS)))

@@ -5,6 +5,7 @@ import os
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import cm
 from matplotlib.colors import Normalize
 
 from mrs_simulator.study.draw.sweep_figures import about_zero, scale_of
@@ -21,6 +22,9 @@ ROBUSTNESS = "robustness of {}"
 USUAL_SHARE = 80  # [%] of growth rates that the scale of colours covers
 NO_MAP = "a sweep over {}: wanted two keys of numbers for a map, with two values of each at least"
 SEQUENTIAL, BETTER_HIGH, BETTER_LOW = "viridis", "RdBu", "RdBu_r"  # seen by the colour-blind, too
+PALEST = (
+    0.15  # [-] from the middle of a colour map, where what just holds is told from what just fails
+)
 
 
 class Cell(NamedTuple):
@@ -138,6 +142,17 @@ class Scale(NamedTuple):
     norm: Any
     colours: str  # a colour map of matplotlib
     beyond: tuple = (False, False)  # whether values lie below, and above, its ends
+
+    def shades(self, values):
+        """Return the colour of each of ``values`` (...), (..., 3), whole numbers; of NaN the lowest's."""
+        low, high = self.norm.vmin, self.norm.vmax
+        inside = np.clip(np.where(np.isfinite(values), values, low), low, high)
+        shares = np.ma.filled(self.norm(inside), 0.0)
+        if self.colours != SEQUENTIAL:
+            away = shares - 0.5
+            side = np.where(away < 0.0, -1.0, 1.0)
+            shares = 0.5 + side * (PALEST + (1.0 - 2.0 * PALEST) * np.abs(away))
+        return (255 * getattr(cm, self.colours)(shares)[..., :3]).astype(int)
 
 
 def sorted_numbers(values):

@@ -8,7 +8,6 @@ import math
 import re
 
 import numpy as np
-from matplotlib import cm
 from matplotlib.colors import LogNorm
 
 from mrs_simulator.rqt_plugin.map.frame import nice_step
@@ -32,8 +31,8 @@ def draw_bar(painter, style, area, scale, label):
     box = QRectF(area.right() + line, area.top(), BAR * line, area.height())
     box.adjust(0.0, room * scale.beyond[1], 0.0, -room * scale.beyond[0])
     image = QImage(1, STEPS, QImage.Format_RGB32)
-    colours = getattr(cm, scale.colours)(np.linspace(1.0, 0.0, STEPS))
-    for row, shade in enumerate((255 * colours[:, :3]).astype(int).tolist()):
+    values = scale.norm.inverse(np.linspace(1.0, 0.0, STEPS))
+    for row, shade in enumerate(scale.shades(values).tolist()):
         image.setPixelColor(0, row, QColor(*shade))
     painter.setRenderHint(painter.SmoothPixmapTransform)
     painter.drawImage(box, image)
@@ -110,6 +109,8 @@ def draw_legend(painter, style, area, width, cells, values):
     found = {cell.outcome for cell in known}
     if FAILED in found:
         parts.append((line, functools.partial(_square, 0.4, FAILED), "failed"))
+    if PASSED in found:
+        parts.append((0.0, lambda *_: None, "no mark: passed"))
     if found - {PASSED, FAILED}:
         parts.append((line, functools.partial(_square, 0.4, ""), "not judged"))
     if np.count_nonzero(np.isfinite(values)) < len(known):

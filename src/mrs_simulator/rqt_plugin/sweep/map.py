@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from matplotlib import cm
 
 from mrs_simulator.rqt_plugin.map.style import MapStyle, polygon
 from mrs_simulator.rqt_plugin.qt.QtCore import QPointF, QRectF, QSize, Qt, Signal
@@ -203,7 +202,7 @@ class SweepMap(QWidget):
 
     def _paint_cells(self, painter, style, values, scale):
         painter.setRenderHint(QPainter.Antialiasing, False)
-        shades = None if scale is None else _shades(scale, values).tolist()
+        shades = None if scale is None else scale.shades(values).tolist()
         finite, boxes = np.isfinite(values).tolist(), self._boxes()
         waiting, unknown = style.mixed(WAITING), style.mixed(UNKNOWN)
         for (row, column), cell in np.ndenumerate(self.cells.cells):
@@ -274,10 +273,3 @@ def _with_unit(name):
 def _number(value):
     text = "{:.3g}".format(value) if isinstance(value, float) else str(value)
     return text.replace("-", "\u2212")
-
-
-def _shades(scale, values):
-    """Return the colour of each of ``values``, (rows, columns, 3) whole numbers."""
-    inside = np.clip(values, scale.norm.vmin, scale.norm.vmax)
-    shares = np.ma.filled(scale.norm(np.where(np.isfinite(values), inside, scale.norm.vmin)), 0.0)
-    return (255 * getattr(cm, scale.colours)(shares)[..., :3]).astype(int)

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from multiprocessing import Pipe
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -231,6 +232,24 @@ def test_where_users_code_hangs_is_told(kind, how, tmp_path):
     with pytest.raises(TimedOut, match=r"no answer within 2 s, it is at law\.py:\d+, in " + how):
         worker.ask(("{}() of {}".format(how, law),), 2.0)
     close()
+
+
+def test_where_it_hangs_is_read_once_it_is_written_whole(monkeypatch, tmp_path):
+    """Threads of the worker's own come first, and a line may be there in part."""
+    places, own = tmp_path / "7-250", os.path.dirname(worker_process.__file__)
+    whole = '  File "{}/a.py", line 3 in look\n\n  File "/home/me/law.py", line 7 in hold\n'.format(
+        own
+    )
+    lengths = iter((0, whole.index("\n") + 1, len(whole) - 3, len(whole)))
+
+    def go_on(_):
+        places.write_text(whole[: next(lengths)])
+
+    go_on(0.0)
+    monkeypatch.setattr(worker_process, "PLACES", str(tmp_path / "{}-{}"))
+    monkeypatch.setattr(worker_process.os, "kill", lambda *_: None)
+    monkeypatch.setattr(worker_process, "time", SimpleNamespace(monotonic=lambda: 0.0, sleep=go_on))
+    assert worker_process.Piped(None, 7).where(1.0) == "law.py:7, in hold"
 
 
 def test_processes_end_with_the_program_that_has_them():

@@ -67,9 +67,10 @@ class Piped:
             end = time.monotonic() + patience
             while time.monotonic() < end:
                 with open(PLACES.format(self._process, HANDLE), encoding="utf-8") as places:
-                    found = [CALL.match(line) for line in places]
-                if any(found):
-                    return named_place(match.groups() for match in found if match)
+                    found = [CALL.match(line) for line in places if line.endswith("\n")]
+                place = named_place(match.groups() for match in found if match)
+                if place:  # else other threads may stand first in what is only half written
+                    return place
                 time.sleep(NAP)
         return ""
 

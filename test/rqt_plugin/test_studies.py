@@ -581,6 +581,8 @@ def test_a_push_is_an_event_of_the_run(at_window, tmp_path):
     person.drag(study.map, begin, begin + QPoint(80, 0), letting_go=False)
     pushed = study.map.to_plane(begin.x() + 80, begin.y())
     person.until(lambda: "robot2 was pushed" in study.messages.toPlainText())
+    # Held until it is seen there: the first push may be of the drag's beginning.
+    person.until(lambda: np.hypot(*(study.history.pose[:, 1, :2] - pushed).T).min() < 0.3)
     person.picture("held")
     person.let_go(study.map, begin + QPoint(80, 0))
     as_fast_as_possible(person)

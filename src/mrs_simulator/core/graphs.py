@@ -238,6 +238,16 @@ def _checked_edge(edge, n):
     return edge[0], edge[1], float(weight)
 
 
+def edges_without(edges, gone, directed):
+    """Return those of ``edges``, (i, j, ...) each, that are not ``gone``, (i, j, ...) each.
+
+    Either way round if not ``directed``.
+    """
+    pairs = {tuple(edge[:2]) for edge in gone}
+    pairs |= set() if directed else {(j, i) for i, j in pairs}
+    return [edge for edge in edges if tuple(edge[:2]) not in pairs]
+
+
 def arcs_of(topology):
     """Return ``(arcs, weights, edges)`` of all m arcs (i, j), robots from 0.
 

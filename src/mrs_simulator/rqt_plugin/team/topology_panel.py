@@ -1,6 +1,6 @@
 """The topology editor: table of edges, and the quantities that decide convergence."""
 
-from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.graphs import PRESETS, Topology, edges_without
 from mrs_simulator.core.spectra import ZERO, algebraic_connectivity
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
@@ -159,8 +159,7 @@ class TopologyPanel(QWidget):
 
     def without(self, i, j):
         """Return the edges without the one between i and j, either way round if undirected."""
-        gone = {(i, j)} if self._directed else {(i, j), (j, i)}
-        return [edge for edge in self._edges if edge[:2] not in gone]
+        return edges_without(self._edges, [(i, j)], self._directed)
 
     # What a person does --------------------------------------------------------------------------
 

@@ -1,6 +1,6 @@
 """What the team would lose with the edge under the mouse, before a click removes it."""
 
-from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.graphs import Topology, edges_without
 from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.team.topology_panel import MOST_ANALYSED, connectivity_text
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
@@ -52,8 +52,7 @@ class EdgeLens:
     @staticmethod
     def _without(edge, topology):
         """Return ``topology`` without ``edge``, None where it has no such edge."""
-        gone = {edge[:2]} if topology.directed else {edge[:2], edge[1::-1]}
-        edges = [each for each in topology.edges if tuple(each[:2]) not in gone]
+        edges = edges_without(topology.edges, [edge], topology.directed)
         if len(edges) == len(topology.edges):
             return None
         return Topology(topology.n, edges, topology.directed)

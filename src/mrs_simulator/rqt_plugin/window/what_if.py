@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.graphs import edges_without
 from mrs_simulator.record.recording import facts_path
 from mrs_simulator.rqt_plugin.map.look_ahead import LookAhead
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
@@ -135,9 +136,8 @@ class WhatIf:
         edges = self._panels.map.edges
         topology = None
         if self._gone:
-            gone = {edge[:2] for edge in self._gone}
-            gone |= set() if edges.directed else {(j, i) for i, j in gone}
-            topology = [edge for edge in edges.list if edge[:2] not in gone], edges.directed
+            left = edges_without(edges.list, self._gone, edges.directed)
+            topology = left, edges.directed
         subject = self._subject
         given = dict(self._moved), dict(self._gains), topology
         return Edit(subject.moment, subject.pose, *given)

@@ -16,6 +16,23 @@ LOADED = (
     "mrs_simulator.rqt_plugin.ros_side.connection",
     "mrs_simulator.rqt_plugin.study_widget",
 )
+# Two points that agree within their requirement, and what may vary of them.
+MEETING = """
+title: Two points agree
+poses: [[0, 0, 0], [1, 0.5, 0]]
+fidelity: point_mass
+limits: none
+control: {protocol: consensus, rate: 10, saturation: none, parameters: {gain: 0.5}}
+topology: {edges: [[1, 2]], directed: false}
+duration: 2
+requirements:
+  near: always(each pair(distance < 2 m))
+"""
+SEARCHED = """
+search:
+  poses: {within: [-3, -3, 3, 3], apart: 1}
+  control.parameters.gain: [0.2, 0.8]
+"""
 # A GUI of its own process: rospy joins one master only.
 PROGRAM = """
 import json, os, sys, time

@@ -10,7 +10,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from unittest.mock import MagicMock
 
-from gui_fixtures import alive, quiet_study, shown, wait_shown
+from gui_fixtures import MEETING, SEARCHED, alive, quiet_study, shown, wait_shown
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -27,26 +27,9 @@ from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.study.search.break_command import progress_in
 
-SCENARIO = """
-title: Two points agree
-poses: [[0, 0, 0], [1, 0.5, 0]]
-fidelity: point_mass
-limits: none
-control: {protocol: consensus, rate: 10, saturation: none, parameters: {gain: 0.5}}
-topology: {edges: [[1, 2]], directed: false}
-duration: 2
-requirements:
-  near: always(each pair(distance < 2 m))
-"""
-SEARCH = """
-search:
-  poses: {within: [-3, -3, 3, 3], apart: 1}
-  control.parameters.gain: [0.2, 0.8]
-"""
-
 
 def scenario(more=""):
-    return scenario_from_yaml(SCENARIO + more, "scenario")
+    return scenario_from_yaml(MEETING + more, "scenario")
 
 
 # Without Qt
@@ -55,16 +38,16 @@ def scenario(more=""):
 def test_what_may_vary_is_the_scenario_s_or_the_starts_and_reads_back():
     wanted = "poses: {within: [-0.5, -0.75, 1.5, 1.25], apart: 0.3}\n"  # at least 2 m wide
     assert suggested(scenario()) == wanted
-    text = suggested(scenario(SEARCH))
+    text = suggested(scenario(SEARCHED))
     wanted = "poses: {within: [-3, -3, 3, 3], apart: 1}\ncontrol.parameters.gain: [0.2, 0.8]\n"
     assert text == wanted
-    for own in (scenario(), scenario(SEARCH)):
+    for own in (scenario(), scenario(SEARCHED)):
         searched = with_search(own, suggested(own)).search
         assert searched == with_search(own, suggested(own._replace(search=searched))).search
-    assert with_search(scenario(), text).search == scenario(SEARCH).search
-    turned = SEARCH.replace("apart: 1", "apart: 1, headings: [0, 1]")
+    assert with_search(scenario(), text).search == scenario(SEARCHED).search
+    turned = SEARCHED.replace("apart: 1", "apart: 1, headings: [0, 1]")
     assert "headings: [0, 1]" in suggested(scenario(turned))
-    assert without_search(scenario(SEARCH)).search == scenario().search
+    assert without_search(scenario(SEARCHED)).search == scenario().search
 
 
 @pytest.mark.parametrize(
@@ -138,7 +121,7 @@ def application():
 def study(application, no_hidden_errors, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     processes = LocalProcesses(MagicMock(**{"take.return_value": []}))
-    widget = quiet_study(scenario(SEARCH), processes)
+    widget = quiet_study(scenario(SEARCHED), processes)
     widget.study.shelf.home = str(tmp_path / "shelf")
     yield shown(widget, 1366, 768)
     widget.close_study()
@@ -229,7 +212,7 @@ def test_what_was_typed_stays_when_another_scenario_is_opened(study):
     follow(study)
     assert panel.vary.toPlainText() == suggested(scenario())
     panel.vary.setPlainText("control.rate: [5, 10]")
-    study.show_scenario(scenario(SEARCH))
+    study.show_scenario(scenario(SEARCHED))
     follow(study)
     assert panel.vary.toPlainText() == "control.rate: [5, 10]"
 

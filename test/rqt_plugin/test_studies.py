@@ -9,7 +9,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
-from gui_fixtures import wait_drawn
+from gui_fixtures import MEETING, SEARCHED, wait_drawn
 from gui_hands import STEPS, Person
 from PyQt5.QtCore import QPoint, QSettings, Qt
 from PyQt5.QtTest import QTest
@@ -257,24 +257,8 @@ def shade_of(view, row, column):
     return image.pixelColor(corner.x() + 6, corner.y() + 6)
 
 
-MEETING = """
-title: Two points agree
-poses: [[0, 0, 0], [1, 0.5, 0]]
-fidelity: point_mass
-limits: none
-control: {protocol: consensus, rate: 10, saturation: none, parameters: {gain: 0.5}}
-topology: {edges: [[1, 2]], directed: false}
-duration: 2
-requirements:
-  near: always(each pair(distance < 2 m))
-search:
-  poses: {within: [-3, -3, 3, 3], apart: 1}
-  control.parameters.gain: [0.2, 0.8]
-"""
-
-
 def test_a_counterexample_is_on_the_map_by_three_clicks(at_window):
-    person = at_window(scenario_from_yaml(MEETING, "scenario"))
+    person = at_window(scenario_from_yaml(MEETING + SEARCHED, "scenario"))
     study = person.study
     person.tab("Search")
     person.until(lambda: "gain" in study.search.vary.toPlainText())

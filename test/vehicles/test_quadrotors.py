@@ -211,12 +211,17 @@ def test_silence_hovers_first_and_lands_then():
     assert not told[:, [0, 1, 3]].any()
 
 
+@pytest.fixture(params=["plain", "compiled"])
+def loops(request):
+    """Return the loops of quadrotors' forces, as Python runs them and compiled."""
+    if request.param == "plain":
+        return compiled_flight.plain_loops()
+    pytest.importorskip("numba")
+    return compiled_flight.compiled_loops()
+
+
 @pytest.mark.parametrize("kinds", [("crazyflie2",), ("crazyflie2", "ardrone2")])
-@pytest.mark.parametrize("compiled", [False, True])
-def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
-    if compiled:
-        pytest.importorskip("numba")
-    loops = compiled_flight.compiled_loops() if compiled else compiled_flight.plain_loops()
+def test_compiled_substeps_lead_to_the_same_bits(loops, kinds, monkeypatch):
     (group,) = Team.of(4 * kinds, "firmware").groups
     draw, m = np.random.default_rng(5), len(group.kinds)
     most = np.full((m, 3), 50.0) if len(kinds) > 1 else (50.0, 50.0, 50.0)
@@ -241,12 +246,8 @@ def test_compiled_substeps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
 
 
 @pytest.mark.parametrize("kinds", [("crazyflie2",), ("crazyflie2", "ardrone2")])
-@pytest.mark.parametrize("compiled", [False, True])
-def test_compiled_steps_lead_to_the_same_bits(compiled, kinds, monkeypatch):
+def test_compiled_steps_lead_to_the_same_bits(loops, kinds, monkeypatch):
     """Robots hold places or heights in wind, climb, turn, are told to fly too fast, and land at last."""
-    if compiled:
-        pytest.importorskip("numba")
-    loops = compiled_flight.compiled_loops() if compiled else compiled_flight.plain_loops()
     (group,) = Team.of(6 * kinds, "firmware").groups
     draw, m = np.random.default_rng(6), len(group.kinds)
     pose = np.column_stack([draw.uniform(-1.0, 1.0, (m, 2)), draw.uniform(-3.0, 3.0, m)])

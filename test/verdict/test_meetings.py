@@ -62,6 +62,18 @@ def test_points_that_come_too_near_are_found_with_their_time():
     assert meetings(control.team, hand, time, z=np.array([0.0, 5.0])) == {}
 
 
+@pytest.mark.parametrize("axis", (0, 1))
+def test_bodies_meet_as_near_as_circles_inside_both_touch(axis):
+    team = make_control(pair()).team
+    body = team.kinds[0].body
+    touching = 2.0 * min(body.front, body.rear, 0.5 * body.width)
+    for share, row in ((0.999, 0), (0.999, 4), (1.001, 0)):
+        hand = np.zeros((5, 2, 2))
+        hand[:, 1, axis] = 10.0
+        hand[row, 1, axis] = share * touching  # in one sample of five, the first or the last
+        assert list(meetings(team, hand, np.arange(5.0))) == ([(0, 1)] if share < 1.0 else [])
+
+
 @pytest.mark.filterwarnings("error")
 def test_points_that_go_to_infinity_meet_nobody_there():
     control = make_control(pair())

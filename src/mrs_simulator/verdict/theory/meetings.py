@@ -8,6 +8,7 @@ import numpy as np
 
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import proved
+from mrs_simulator.core.neighbours import least_distances
 from mrs_simulator.record.recording import Run
 from mrs_simulator.verdict.theory.exact_runs import exact_run
 
@@ -31,16 +32,22 @@ def meetings(team, hand, time, z=None):
     n = hand.shape[1]
     every = max(1, int(len(hand) * n * n / MOST_DISTANCES))
     rows = np.unique(np.append(np.arange(0, len(hand), every), len(hand) - 1))
-    hand, found = hand[rows], {}
+    hand, found = hand[np.append(rows, rows[-1])], {}  # where the last sample has them, they stay
     inner = np.array([_inner(kind.body) for kind in team.kinds])
     high = np.array([kind.body.height for kind in team.kinds])
+    # Boxes around whole tracks, a little too wide for rounding: most pairs of a large team are apart.
+    low, top = np.fmin.reduce(hand).T - 1.001 * inner, np.fmax.reduce(hand).T + 1.001 * inner
     for row in range(n - 1):
-        others = slice(row + 1, n)
-        near = _nearest(hand[:, others] - hand[:, [row]]) < inner[row] + inner[others]
+        after = slice(row + 1, n)
+        meet = (low[:, after] < top[:, [row]]) & (low[:, [row]] < top[:, after])
+        others = row + 1 + np.flatnonzero(np.logical_and.reduce(meet))
         if z is not None:
-            near &= np.abs(z[others] - z[row]) < np.maximum(high[row], high[others])
-        for other in np.flatnonzero(near.any(axis=0)).tolist():
-            found[row, row + 1 + other] = float(time[rows[np.argmax(near[:, other])]])
+            others = others[np.abs(z[others] - z[row]) < np.maximum(high[row], high[others])]
+        if not len(others):
+            continue
+        near = least_distances(hand[:, others] - hand[:, [row]]) < inner[row] + inner[others]
+        for at in np.flatnonzero(near.any(axis=0)).tolist():
+            found[row, int(others[at])] = float(time[rows[np.argmax(near[:, at])]])
     return found
 
 
@@ -96,14 +103,6 @@ def start_run(control, scenario):
     hand = np.broadcast_to(points, shape + points.shape[1:])
     robots = 1 + np.arange(len(starts))
     return Run(time, robots, pose, hand, None, [], scenario, {"lockstep": True})
-
-
-def _nearest(apart):
-    """Return the least length of vectors ``apart`` (m, k, d) from each sample to the next, (m, k)."""
-    step = np.diff(apart, axis=0, append=apart[-1:])
-    square = np.maximum((step**2).sum(axis=2), 1e-300)
-    share = np.clip(-(apart * step).sum(axis=2) / square, 0.0, 1.0)
-    return np.linalg.norm(apart + share[..., np.newaxis] * step, axis=2)
 
 
 def _inner(body):

@@ -37,7 +37,7 @@ from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.registry import kind as kind_named
 from mrs_simulator.vehicles.registry import shipped_kinds
-from mrs_simulator.verdict.requirements.clearances import least_clearance, of_obstacle, of_robot
+from mrs_simulator.verdict.requirements.clearances import clearance, of_obstacle, of_robot
 
 ARRIVING = 0.95  # [-] share of the robots
 SLOWER = 2.0  # [-] times the time alone
@@ -260,6 +260,19 @@ def travelled(content, goal, gain, longest):
     finally:
         experiment.world.close()
     return Way(np.array(times), np.array(poses), np.array(heights), arrived, held, met)
+
+
+def least_clearance(a, b):
+    """Return the least clearance [m] of two prisms on their ways, and its time's index."""
+    (first, reach), (second, other) = a.middle, b.middle
+    bound = np.linalg.norm(first - second, axis=1) - reach - other
+    guess = int(bound.argmin())
+    found = float(clearance(a.at([guess]), b.at([guess]))[0])
+    times = np.flatnonzero(bound <= found)
+    if not len(times):
+        return found, guess
+    exact = clearance(a.at(times), b.at(times))
+    return float(exact.min()), int(times[exact.argmin()])
 
 
 def nearest(scenario, way, offset=0.0):

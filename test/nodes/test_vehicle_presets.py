@@ -9,6 +9,7 @@ from optional_packages import vehicle_packages  # noqa: F401, a fixture
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.vehicles.drives.rotors import GRAVITY, greatest_thrust
 from mrs_simulator.vehicles.firmware import ardrone, crazyflie, heron
 from mrs_simulator.vehicles.registry import kind
 from mrs_simulator.world.world import World
@@ -108,6 +109,12 @@ class Bench:
         return self.wire.published
 
 
+def hover_thrust():
+    """Return the ``thrust`` of an attitude that carries a Crazyflie."""
+    each = kind("crazyflie2")
+    return crazyflie.FULL * GRAVITY * each.mass / greatest_thrust(each.numbers)
+
+
 def twist(x=0.0, y=0.0, z=0.0, turn=0.0, **angular):
     message = Twist()
     message.linear.x, message.linear.y, message.linear.z, message.angular.z = x, y, z, turn
@@ -161,7 +168,7 @@ def test_a_trajectory_goes_slower_backwards_and_from_where_the_robot_is():
 def test_the_signs_of_setpoints_are_the_firmwares():
     one = crazyflie.Commander(kind("crazyflie2"), 0.02)
     rest = crazyflie.State(np.zeros(3), np.zeros(3), 0.5 * math.pi)  # looks along y
-    hover = crazyflie.hover_thrust(kind("crazyflie2"))
+    hover = hover_thrust()
     assert hover == pytest.approx(65535.0 / 2.2476, rel=1e-3)  # thrust to weight, at 9.81 m/s^2
     ahead, _ = one.attitude(10.0, 0.0, 0.0, hover)(rest)
     right, rate = one.attitude(0.0, 10.0, 20.0, hover)(rest)
@@ -310,7 +317,7 @@ def test_setpoints_stream_have_priority_and_groups_are_heeded(monkeypatch, vehic
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 def test_cmd_vel_of_a_crazyflie_is_an_attitude_and_cmd_stop_cuts_the_motors(fidelity, monkeypatch):
     bench = Bench(monkeypatch, "crazyswarm", ("crazyflie2",), fidelity, z=[2.0])
-    hover = crazyflie.hover_thrust(kind("crazyflie2"))
+    hover = hover_thrust()
     bench.run(0.5, lambda: bench.wire.topics["/cf1/cmd_vel"](twist(10.0, 0.0, hover)))
     # g tan 10 degrees for half a second, less the attitude's lag.
     assert bench.world.twist[0, 0] == pytest.approx(

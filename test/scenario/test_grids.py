@@ -1,15 +1,19 @@
 """A scene as a grid of cells, and the grid that a driven robot's scans make of it."""
 
+import importlib.util
+import os
+
 import numpy as np
 import pytest
 import yaml
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
-from mrs_simulator.scenario.surroundings.grids import Grid, disagreement, scanned_grid, scene_grid
+from mrs_simulator.scenario.surroundings.grids import Grid, scene_grid
 from mrs_simulator.scenario.surroundings.maps import FLOOR, UNKNOWN, WALL
 from mrs_simulator.study.run.experiment import Experiment
 
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 AWAY = [9.0, 9.0, 0.0]
 ROOM = [  # 8 m by 6 m, with a box and a column in it
     {"type": "box", "name": "south", "center": [4.0, -0.1], "size": [8.4, 0.2]},
@@ -19,6 +23,15 @@ ROOM = [  # 8 m by 6 m, with a box and a column in it
     {"type": "box", "name": "shelf", "center": [5.0, 4.5], "size": [1.0, 0.4], "yaw": 0.5},
     {"type": "cylinder", "name": "post", "center": [2.5, 1.2], "radius": 0.3},
 ]
+
+
+@pytest.fixture(scope="module")
+def mapping():
+    path = os.path.join(ROOT, "benchmarks", "mapping.py")
+    spec = importlib.util.spec_from_file_location("mapping", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 class Rounds(PioneerControl):
@@ -69,7 +82,7 @@ def test_a_served_map_keeps_its_cells(tmp_path):
     assert tuple(map(int, grid.rows_columns([-2.25, 1.25]))) == (0, 0)
 
 
-def test_scans_laid_over_each_other_by_known_poses_are_the_map():
+def test_scans_laid_over_each_other_by_known_poses_are_the_map(mapping):
     content = {
         "poses": [[4.0, 1.7, 0.0]],
         "obstacles": ROOM,
@@ -84,22 +97,22 @@ def test_scans_laid_over_each_other_by_known_poses_are_the_map():
     wanted = scene_grid(scenario)
     scans = list(experiment.control.kept.values())
     assert len(scans) == 91 and not experiment.collisions
-    found = scanned_grid(wanted, scans)
-    invented, crossed = disagreement(found, wanted)
+    found = mapping.scanned_grid(wanted, scans)
+    invented, crossed = mapping.disagreement(found, wanted)
     assert invented == 0.0 and crossed < 2e-3  # rays that graze a corner cross the cell beside it
     seen = found.cells == WALL
     assert seen.sum() > 400  # most of 28 m of walls, 20 cells a metre
     # Scans laid by poses that are 15 cm off are another map.
     wrong = [((x + 0.15, y, theta), scan) for (x, y, theta), scan in scans]
-    assert disagreement(scanned_grid(wanted, wrong), wanted)[0] > 0.1
+    assert mapping.disagreement(mapping.scanned_grid(wanted, wrong), wanted)[0] > 0.1
 
 
-def test_lost_rays_say_nothing_and_rays_that_meet_nothing_free_their_way():
+def test_lost_rays_say_nothing_and_rays_that_meet_nothing_free_their_way(mapping):
     from mrs_simulator.sensors.types.ranging import RangeReading
 
     places = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]])
     grid = Grid(np.zeros((20, 20), dtype=np.int8), 0.1, (-1.0, -1.0, 0.0))
     reading = RangeReading(0.0, np.array([np.inf, np.nan]), places, 0.5)
-    found = scanned_grid(grid, [((0.05, 0.05, 0.0), reading)]).cells
+    found = mapping.scanned_grid(grid, [((0.05, 0.05, 0.0), reading)]).cells
     assert (found[10, 10:14] == FLOOR).all() and (found == FLOOR).sum() <= 6
     assert not (found == WALL).any()

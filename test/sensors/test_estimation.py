@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.core.kinematics import compose, fraction_of_motion, relative
+from mrs_simulator.core.kinematics import compose, fraction_of_motion, relative, wrap_angle
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
@@ -12,7 +12,7 @@ from mrs_simulator.scenario.team.estimates import Estimates
 from mrs_simulator.scenario.team.odometry_errors import step_deviations
 from mrs_simulator.sensors.mounts import read_mount
 from mrs_simulator.sensors.pose_filter.estimation import Estimator
-from mrs_simulator.sensors.pose_filter.kalman import Filter, nees
+from mrs_simulator.sensors.pose_filter.kalman import Filter
 from mrs_simulator.sensors.pose_filter.pose_measurements import MEASUREMENTS
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite
@@ -103,7 +103,7 @@ def known(**sensors):
 
 
 def chi_square(seed, steps=60, model=lambda estimator: None, **sensors):
-    """Return the NEES (N,) of robots on arcs whose odometry and ``sensors`` err as they say.
+    """Return ``e^T P^-1 e`` (N,) of robots on arcs whose odometry and ``sensors`` err as they say.
 
     ``model(estimator)`` may change what the filter believes.
     """
@@ -123,7 +123,10 @@ def chi_square(seed, steps=60, model=lambda estimator: None, **sensors):
         error = np.stack([sizes[0], np.zeros(N), np.hypot(*sizes[1:])], axis=1)
         odometry = compose(odometry, moved + error * draw.normal(size=(N, 3)))
         last, truth = truth, compose(truth, moved)
-    return nees(estimator.pose - last, estimator.filter.covariance[:, :3, :3])
+    error = estimator.pose - last
+    error[:, 2] = wrap_angle(error[:, 2])
+    covariance = estimator.filter.covariance[:, :3, :3]
+    return np.einsum("ij,ij->i", error, np.linalg.solve(covariance, error[..., np.newaxis])[..., 0])
 
 
 GPS = {"type": "gps", "rate": 1.0, "noise": {"stddev": 0.1}}

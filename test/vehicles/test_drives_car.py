@@ -67,7 +67,6 @@ def led(wanted, pose, steering, ahead):
 
 
 def test_the_least_radius_and_the_turn_rate_there():
-    assert car.least_radius(CAR) == pytest.approx(0.7416, abs=1e-4)
     np.testing.assert_allclose(
         car.twist_of(one(1.0), one(MOST), CAR), row(1.0, 1.0 / 0.7416), rtol=1e-4
     )

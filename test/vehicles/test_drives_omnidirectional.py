@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.kinematics import Limits, displaced, ramp
+from mrs_simulator.core.kinematics import Limits, cos_sin, displaced, ramp
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.drives import omnidirectional as omni
 from mrs_simulator.vehicles.limits import AxisLimits
@@ -23,6 +23,14 @@ def numbers(rolling, rim_max=np.inf):
 
 THREE = numbers(omni.omni_wheels(ANGLES, 0.175))  # Robotino 3
 FOUR = numbers(omni.mecanum_wheels(0.47, 0.30))  # youBot
+
+
+def top_speed_along(direction, numbers):
+    """Return the greatest speed, (m,) [m/s], that the rims allow in ``direction`` (m,) [rad] of the
+    body, not turning."""
+    cos, sin = cos_sin(direction)
+    along = np.stack([cos, sin, np.zeros_like(cos)], axis=-1)
+    return numbers.rim_max / np.abs(omni.rim_speeds(along, None, numbers)).max(axis=1)
 
 
 def rims(twist, of):
@@ -82,7 +90,7 @@ def test_the_rims_decide_the_top_speed_in_each_direction():
     # 3000 rpm over a gear of 32 at a radius of 0.06 m; best between two wheels' axes, at 1/cos 30 deg.
     rim = 3000.0 / 60.0 * 2.0 * np.pi / 32.0 * 0.060
     assert rim == pytest.approx(0.589049, abs=1e-6)
-    speeds = omni.top_speed_along(
+    speeds = top_speed_along(
         np.array([0.0, 0.5 * np.pi, *np.linspace(0.0, 6.28, 200)]), THREE._replace(rim_max=rim)
     )
     assert speeds[:2].tolist() == pytest.approx([0.680175, 0.589049], abs=1e-6)

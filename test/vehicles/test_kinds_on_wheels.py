@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from test_drives_omnidirectional import top_speed_along
 
 from mrs_simulator.vehicles import kind, shipped_kinds
 from mrs_simulator.vehicles.drives import car, differential
@@ -97,7 +98,7 @@ def test_robotino_top_speeds_and_wheels():
     each = kind("robotino3")
     numbers, top = each.numbers, np.array(each.limits["firmware"])[:, 0]
     assert numbers.rim_max == pytest.approx(0.589049, abs=1e-6)
-    speeds = omni.top_speed_along(np.radians([0.0, 90.0, 30.0, 60.0]), numbers)
+    speeds = top_speed_along(np.radians([0.0, 90.0, 30.0, 60.0]), numbers)
     np.testing.assert_allclose(speeds, [0.680175, 0.589049, 0.589049, 0.680175], atol=1e-6)
     # On the spot its rims would allow 0.589/0.175 = 3.366 rad/s; its limit is pi.
     assert numbers.rim_max / 0.175 == pytest.approx(3.366, abs=1e-3)
@@ -126,7 +127,7 @@ def test_youbot_wheels(twist, wheels):
 
 def test_youbot_top_speeds():
     each = kind("youbot")
-    speeds = omni.top_speed_along(np.radians([0.0, 90.0, 45.0]), each.numbers)
+    speeds = top_speed_along(np.radians([0.0, 90.0, 45.0]), each.numbers)
     # Along a diagonal two wheels do all the work, so it is slower by the root of two.
     np.testing.assert_allclose(speeds, [0.8, 0.8, 0.565685], atol=1e-4)
     assert limits("youbot")["angular.z"].top == pytest.approx(0.8 / 0.385, abs=1e-3)
@@ -134,7 +135,8 @@ def test_youbot_top_speeds():
 
 def test_f1tenth_radius_and_limits():
     each = kind("f1tenth")
-    assert car.least_radius(each.numbers) == pytest.approx(0.7416, abs=1e-4)
+    radius = each.numbers.wheelbase / math.tan(each.numbers.steering_max)
+    assert radius == pytest.approx(0.7416, abs=1e-4)
     assert each.limits["firmware"][0] == (20.0, 9.51)
     assert (each.numbers.backward, each.numbers.steering_rate) == (5.0, 3.2)
     twist = car.twist_of(np.array([2.0]), np.array([0.2]), each.numbers)

@@ -44,7 +44,6 @@ NAMES = (
     "dead time of wheels and axes [s]",
     "bias of wheels and axes [m/s]",
 )
-BIAS = 2
 SPEEDS = ("linear.x", "linear.y", "angular.z", "linear.z")
 DIRECTIONS = ("ahead", "sideways", "turning", "upwards")
 

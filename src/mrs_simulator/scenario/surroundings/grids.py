@@ -8,7 +8,6 @@ import numpy as np
 from mrs_simulator.scenario.surroundings.maps import (
     FLOOR,
     SERVED,
-    UNKNOWN,
     WALL,
     obstacles_of,
     trinary_cells,
@@ -99,60 +98,3 @@ def _draw(grid, obstacle):
         far, _ = clearance(obstacle, places.reshape(-1, 2))
         near = far.reshape(places.shape[:2]) < 0.5 * grid.side - ROUNDING
         grid.cells[within][near] = WALL
-
-
-def scanned_grid(grid, scans):
-    """Return the ``Grid`` of ``scans``, with the cells of ``grid``, whose values are ignored.
-
-    ``scans``: ``(pose, reading)`` each, the pose (x, y [m], theta [rad]) in the common frame, and the
-    reading of a sonar without a cone or of a laser.  A cell is occupied where a ray ends, free where rays
-    pass and none ends, unknown elsewhere.
-    """
-    ended = np.zeros(grid.cells.shape, dtype=bool)
-    passed = np.zeros(grid.cells.shape, dtype=bool)
-    for (x, y, theta), reading in scans:
-        places, ranges = reading.places, reading.ranges
-        valid = ~np.isnan(ranges)
-        places, ranges = places[valid], ranges[valid]
-        cos, sin = math.cos(theta), math.sin(theta)
-        begin = [x, y] + places[:, :2] @ np.array([[cos, sin], [-sin, cos]])
-        along = np.column_stack([np.cos(places[:, 2] + theta), np.sin(places[:, 2] + theta)])
-        hit = np.isfinite(ranges)
-        _mark(ended, grid, begin[hit] + ranges[hit, np.newaxis] * along[hit])
-        _mark(passed, grid, _along(begin, along, np.minimum(ranges, reading.most), grid.side))
-    cells = np.where(passed, FLOOR, UNKNOWN)
-    cells[ended] = WALL
-    return grid._replace(cells=cells.astype(np.int8))
-
-
-def _along(begin, along, ranges, side):
-    """Return points (m, 2) along rays, half a cell apart, that end a cell before the rays do."""
-    steps = np.arange(0.0, max(0.0, float(ranges.max(initial=0.0)) - side), 0.5 * side)
-    ray, step = np.nonzero(steps < ranges[:, np.newaxis] - side)
-    return begin[ray] + steps[step, np.newaxis] * along[ray]
-
-
-def _mark(cells, grid, points):
-    row, column = grid.rows_columns(points)
-    inside = grid.holds(row, column)
-    cells[row[inside], column[inside]] = True
-
-
-def dilated(cells):
-    """Return ``cells`` (rows, columns) bool and the eight neighbours of each that is set."""
-    wide = np.pad(cells, 1)
-    rows, columns = cells.shape
-    around = [wide[i : i + rows, j : j + columns] for i in range(3) for j in range(3)]
-    return np.logical_or.reduce(around)
-
-
-def disagreement(found, wanted):
-    """Return two shares [-] of cells: walls of ``found`` farther than a cell from any of ``wanted``, and
-    walls of ``wanted`` that rays crossed, being free in ``found`` and farther than a cell from its walls.
-
-    ``found``, ``wanted``: ``Grid`` with the same cells.
-    """
-    walls, true = found.cells == WALL, wanted.cells == WALL
-    invented = walls & ~dilated(true)
-    crossed = true & (found.cells == FLOOR) & ~dilated(walls)
-    return invented.sum() / max(1, walls.sum()), crossed.sum() / max(1, true.sum())

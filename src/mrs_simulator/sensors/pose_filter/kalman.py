@@ -97,13 +97,3 @@ class Filter:
             changed[rows] = new
             result.append(changed)
         self.state = result
-
-
-def nees(error, covariance):
-    """Return the normalized errors squared ``e^T P^-1 e`` (m,): chi-square with 3 degrees of freedom.
-
-    ``error`` (m, 3), ``covariance`` (m, 3, 3).
-    """
-    error = np.array(error)
-    error[:, 2] = wrap_angle(error[:, 2])
-    return np.einsum("ij,ij->i", error, np.linalg.solve(covariance, error[..., np.newaxis])[..., 0])

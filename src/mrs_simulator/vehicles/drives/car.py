@@ -108,11 +108,6 @@ def unlimited(numbers):
     return numbers._replace(steering_rate=np.inf, backward=np.inf)
 
 
-def least_radius(numbers):
-    """Return the least turning radius [m] of the rear axle's centre: ``L/tan(delta_max)``."""
-    return numbers.wheelbase / np.tan(numbers.steering_max)
-
-
 def _columns(first, second):
     result = np.empty((len(first), 2), order="F")
     result[:, 0], result[:, 1] = first, second

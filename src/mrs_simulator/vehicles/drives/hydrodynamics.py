@@ -134,11 +134,3 @@ def wind_force(air, numbers):
     result[1] = aside * np.abs(y) * y
     result[2] = -2.0 * turn * x * y
     return result.T
-
-
-def steady_speed(force, numbers):
-    """Return the speed [m/s] straight ahead at which ``force`` [N] is balanced, a number or (m,)."""
-    linear, quadratic = parts(numbers.linear)[0], parts(numbers.quadratic)[0]
-    force = np.asarray(force, dtype=float)
-    # Free of cancellation, and right without quadratic damping.
-    return 2.0 * force / (linear + np.sqrt(linear**2 + 4.0 * quadratic * np.abs(force)))

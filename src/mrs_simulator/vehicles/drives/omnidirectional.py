@@ -166,14 +166,6 @@ def residual(rims, numbers):
     return rims - rim_speeds(body_twist(rims, numbers), None, numbers)
 
 
-def top_speed_along(direction, numbers):
-    """Return the greatest speed, (m,) [m/s], that the rims allow in ``direction`` (m,) [rad] of the
-    body, not turning."""
-    cos, sin = cos_sin(direction)
-    along = np.stack([cos, sin, np.zeros_like(cos)], axis=-1)
-    return numbers.rim_max / np.abs(rim_speeds(along, None, numbers)).max(axis=1)
-
-
 def excess(command, joints, numbers, period):
     """Return by which factor the rims are too fast at each ``command`` (m, 3), (m,).
 

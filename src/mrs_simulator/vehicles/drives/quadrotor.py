@@ -136,16 +136,6 @@ def level(command, heading):
     return result
 
 
-def along_heading(velocity, heading):
-    """Return ``velocity`` (m, 3), of the common frame, along and across the ``heading`` (m,) and up."""
-    cos, sin = cos_sin(heading)
-    result = np.empty(velocity.shape, order="F")
-    result[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
-    result[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0]
-    result[:, 2] = velocity[:, 2]
-    return result
-
-
 def followed(velocity, wanted, numbers, duration):
     """Return velocities and mean velocities, (m, 3) each, after ``duration`` [s] of holding ``wanted``.
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.vehicles.drives.rotors import GRAVITY, greatest_thrust
+from mrs_simulator.vehicles.drives.rotors import greatest_thrust
 from mrs_simulator.vehicles.firmware import flying
 
 DEGREES = math.pi / 180.0
@@ -302,8 +302,3 @@ def refuse_durations(durations, name="duration"):
     for each in durations:
         if not 0.0 < each < math.inf:
             raise ValueError("{} {:g}: wanted above 0".format(name, each))
-
-
-def hover_thrust(kind):
-    """Return the ``thrust`` of :meth:`Commander.attitude` that carries a robot of a ``kind``."""
-    return FULL * GRAVITY * kind.mass / greatest_thrust(kind.numbers)

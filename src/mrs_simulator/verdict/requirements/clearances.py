@@ -90,16 +90,3 @@ def clearance(a, b):
     up = np.maximum(a.low - b.high, b.low - a.high)
     outside = np.hypot(np.maximum(across, 0.0), np.maximum(up, 0.0))
     return np.where(outside > 0.0, outside, np.maximum(across, up))
-
-
-def least_clearance(a, b):
-    """Return the least clearance [m] of two prisms on their ways, and its time's index."""
-    (first, reach), (second, other) = a.middle, b.middle
-    bound = np.linalg.norm(first - second, axis=1) - reach - other
-    guess = int(bound.argmin())
-    found = float(clearance(a.at([guess]), b.at([guess]))[0])
-    times = np.flatnonzero(bound <= found)
-    if not len(times):
-        return found, guess
-    exact = clearance(a.at(times), b.at(times))
-    return float(exact.min()), int(times[exact.argmin()])

@@ -25,11 +25,21 @@ from mrs_simulator.vehicles.drives.rotors import (
     remaining_share,
 )
 
-# Rows of the table of parameters.
-INERTIA, EFFECT, SPLIT, DRAG, ATTITUDE, RATE, DAMPING, MOST = 0, 3, 7, 11, 14, 17, 20, 23
-MASS, LEAST_SQUARE, MOST_SQUARE, LEFT = 26, 27, 28, 29
+# Rows of the table of parameters: first those of a block, below, from ``JX`` on.
 GAIN, STILL_DRAG, CLIMB, SINK, TILT = 30, 33, 36, 37, 38
 TABLES = 16  # [-] of parameters that are kept
+LANES = 8  # [-] robots that substeps move at once
+# Rows of the block that holds them, one array: in several, which might overlap, loops along the lanes
+# would not use the processor's vectors.
+ROWS = 69
+(
+    PX, PY, PZ, VX, VY, VZ, QX, QY, QZ, QW, P, Q, R, N0, N1, N2, N3,  # of the ``Flight``
+    AX, AY, AZ, TURNS, AIR_X, AIR_Y, AIR_Z, OF_X, OF_Y, OF_Z, OF_W,  # what they are told, the wind
+    THRUST, EAST, NORTH, UP, CX, CY, CZ, S0, S1, S2, S3,  # ``Acting``, speeds
+    # Rows of the table before ``GAIN``.
+    JX, JY, JZ, E0, E1, E2, E3, F0, F1, F2, F3, SIDE, _, LENGTHWISE, KX, KY, KZ,
+    RX, RY, RZ, DX, DY, DZ, MX, MY, MZ, WEIGHS, LEAST, GREATEST, LAGS,
+) = range(0, ROWS * LANES, LANES)  # fmt: skip
 
 
 class Loops(NamedTuple):
@@ -113,283 +123,133 @@ def fly(count, step, table, place, velocity, attitude, rates, rotors, wanted, ha
     ``Flight``; ``wanted`` (3, m) [m/s^2]: the acceleration; ``halves``: cosines and sines (m,) of half of
     heading, pitch and roll at which they aim; ``turning`` (m,) [rad/s]; ``air`` (3, m) [m/s].
     """
-    m = len(turning)
-    aimed, axis, gyroscopic, change = (
-        np.empty((4, m)),
-        np.empty((3, m)),
-        np.empty((3, m)),
-        np.empty((3, m)),
-    )
-    speeds, thrust, spare = np.empty((4, m)), np.empty(m), np.empty((8, m))
-    aim_at(halves, aimed)
-    for _ in range(count):
-        act(table, attitude, rates, rotors, thrust, axis, gyroscopic, change, spare)
-        command(table, attitude, rates, aimed, turning, axis, gyroscopic, change, speeds, spare)
-        lift(table, wanted, axis, speeds, spare)
-        advance(table, step, place, velocity, rotors, air, thrust, axis, spare)
-        turn(step, attitude, rates, change, spare)
-        for k in range(4):
-            lag(rotors[k], speeds[k], table[LEFT])
-        for i in range(m):
-            if place[2, i] <= 0.0:
-                place[2, i], velocity[2, i] = 0.0, max(velocity[2, i], 0.0)
+    m, b = len(turning), np.empty(ROWS * LANES)
+    for first in range(0, m, LANES):
+        put(place, first, b, PX)
+        put(velocity, first, b, VX)
+        put(attitude, first, b, QX)
+        put(rates, first, b, P)
+        put(rotors, first, b, N0)
+        put(wanted, first, b, AX)
+        put(air, first, b, AIR_X)
+        put(table[:GAIN], first, b, JX)
+        for lane in range(LANES):
+            b[TURNS + lane] = turning[min(first + lane, m - 1)]
+        aim_at(halves, first, b)
+        for _ in range(count):
+            steer(b)
+            move(b, step)
+        take(place, first, b, PX)
+        take(velocity, first, b, VX)
+        take(attitude, first, b, QX)
+        take(rates, first, b, P)
+        take(rotors, first, b, N0)
 
 
-def aim_at(halves, aimed):
-    """Fill ``aimed`` (4, m) with the attitudes that ``attitude_of`` returns, of what ``fly`` is given."""
+def put(values, first, b, row):
+    """Put ``values`` (k, m) of the robots from ``first`` on into ``b`` from ``row`` on.
+
+    Lanes that are left have the last robot.
+    """
+    k, m = values.shape
+    for part in range(k):
+        for lane in range(LANES):
+            b[row + part * LANES + lane] = values[part, min(first + lane, m - 1)]
+
+
+def take(values, first, b, row):
+    """Undo ``put``."""
+    k, m = values.shape
+    for part in range(k):
+        for lane in range(min(LANES, m - first)):
+            values[part, first + lane] = b[row + part * LANES + lane]
+
+
+def aim_at(halves, first, b):
+    """Put the attitudes that ``attitude_of`` returns, of what ``fly`` is given, into ``b``."""
     c, s, cp, sp, cr, sr = halves
-    for i in range(len(c)):
-        aimed[0, i] = c[i] * cp[i] * sr[i] - s[i] * sp[i] * cr[i]
-        aimed[1, i] = c[i] * sp[i] * cr[i] + s[i] * cp[i] * sr[i]
-        aimed[2, i] = s[i] * cp[i] * cr[i] - c[i] * sp[i] * sr[i]
-        aimed[3, i] = c[i] * cp[i] * cr[i] + s[i] * sp[i] * sr[i]
+    for lane in range(LANES):
+        i = min(first + lane, len(c) - 1)
+        b[OF_X + lane] = c[i] * cp[i] * sr[i] - s[i] * sp[i] * cr[i]
+        b[OF_Y + lane] = c[i] * sp[i] * cr[i] + s[i] * cp[i] * sr[i]
+        b[OF_Z + lane] = s[i] * cp[i] * cr[i] - c[i] * sp[i] * sr[i]
+        b[OF_W + lane] = c[i] * cp[i] * cr[i] + s[i] * sp[i] * sr[i]
 
 
-# The loops below are short, of few arrays each, so that they use the processor's vectors.
+def steer(b):
+    """Put what is ``Acting`` on robots into ``b``, and the rotor speeds that ``rotor_speeds`` wants."""
+    for i in range(LANES):
+        x, y, z, w = b[QX + i], b[QY + i], b[QZ + i], b[QW + i]
+        s0, s1 = b[N0 + i] * b[N0 + i], b[N1 + i] * b[N1 + i]
+        s2, s3 = b[N2 + i] * b[N2 + i], b[N3 + i] * b[N3 + i]
+        b[THRUST + i] = ((s2 + s3) + (s0 + s1)) * b[E0 + i]
+        east, north, up = x * z + w * y, y * z - w * x, 0.5 - x * x - y * y
+        east, north, up = east + east, north + north, up + up
+        b[EAST + i], b[NORTH + i], b[UP + i] = east, north, up
+        p, q, r = b[P + i], b[Q + i], b[R + i]
+        jx, jy, jz = b[JX + i], b[JY + i], b[JZ + i]
+        hx, hy, hz = jx * p, jy * q, jz * r
+        gx, gy, gz = q * hz - r * hy, r * hx - p * hz, p * hy - q * hx
+        cx = (((s2 + s3) - (s0 + s1)) * b[E1 + i] - gx) / jx
+        cy = (((s2 - s3) - (s0 - s1)) * b[E2 + i] - gy) / jy
+        cz = (((s2 - s3) + (s0 - s1)) * b[E3 + i] - gz) / jz
+        b[CX + i], b[CY + i], b[CZ + i] = cx, cy, cz
+        a, c, d, e = b[OF_X + i], b[OF_Y + i], b[OF_Z + i], b[OF_W + i]
+        side = -2.0 if (x * a + y * c) + z * d + w * e < 0.0 else 2.0
+        tx = b[KX + i] * (((w * a - e * x) - (y * d - z * c)) * side)
+        ty = b[KY + i] * (((w * c - e * y) - (z * a - x * d)) * side)
+        tz = b[KZ + i] * (((w * d - e * z) - (x * c - y * a)) * side)
+        tz = tz + b[TURNS + i] * up
+        tx = b[RX + i] * (tx - p) - b[DX + i] * cx
+        ty = b[RY + i] * (ty - q) - b[DY + i] * cy
+        tz = b[RZ + i] * (tz - r) - b[DZ + i] * cz
+        tx = (jx * min(max(tx, -b[MX + i]), b[MX + i]) + gx) / b[F1 + i]
+        ty = (jy * min(max(ty, -b[MY + i]), b[MY + i]) + gy) / b[F2 + i]
+        tz = (jz * min(max(tz, -b[MZ + i]), b[MZ + i]) + gz) / b[F3 + i]
+        t = b[AX + i] * east + b[AY + i] * north + b[AZ + i] * up
+        t = b[WEIGHS + i] * max(t + GRAVITY * up, 0.0) / b[F0 + i]
+        s0, s1 = (t - tx) + (tz - ty), (t - tx) - (tz - ty)
+        s2, s3 = (t + tx) + (tz + ty), (t + tx) - (tz + ty)
+        least, most = b[LEAST + i], b[GREATEST + i]
+        t = max(least - min(min(s0, s1), min(s2, s3)), 0.0)
+        t = t - max(max(max(s0, s1), max(s2, s3)) + t - most, 0.0)
+        b[S0 + i] = math.sqrt(min(max(s0 + t, least), most))
+        b[S1 + i] = math.sqrt(min(max(s1 + t, least), most))
+        b[S2 + i] = math.sqrt(min(max(s2 + t, least), most))
+        b[S3 + i] = math.sqrt(min(max(s3 + t, least), most))
 
 
-def act(table, attitude, rates, rotors, thrust, axis, gyroscopic, change, spare):
-    """Fill ``thrust`` (m,) [N], and what else is ``Acting`` on robots, (3, m) each."""
-    x, y, z, w = rows_of(attitude)
-    m, total = len(thrust), table[EFFECT]
-    for k in range(4):
-        times(rotors[k], rotors[k], spare[k])
-    s0, s1, s2, s3 = rows_of(spare)
-    for i in range(m):
-        thrust[i] = ((s2[i] + s3[i]) + (s0[i] + s1[i])) * total[i]
-    right, ahead, about = change[0], change[1], change[2]
-    for i in range(m):
-        right[i] = (s2[i] + s3[i]) - (s0[i] + s1[i])
-    for i in range(m):
-        ahead[i] = (s2[i] - s3[i]) - (s0[i] - s1[i])
-    for i in range(m):
-        about[i] = (s2[i] - s3[i]) + (s0[i] - s1[i])
-    east, north, up = axis[0], axis[1], axis[2]
-    for i in range(m):
-        east[i] = x[i] * z[i] + w[i] * y[i]
-    for i in range(m):
-        north[i] = y[i] * z[i] - w[i] * x[i]
-    for i in range(m):
-        up[i] = 0.5 - x[i] * x[i] - y[i] * y[i]
-    for k in range(3):
-        twice(axis[k])
-        times(table[INERTIA + k], rates[k], spare[k])
-    for k in range(3):
-        n, a = (k + 1) % 3, (k + 2) % 3
-        difference(rates[n], spare[a], rates[a], spare[n], gyroscopic[k])
-        quicken(change[k], table[EFFECT + 1 + k], gyroscopic[k], table[INERTIA + k])
-
-
-def rows_of(values):
-    """Return the first four rows of ``values``."""
-    return values[0], values[1], values[2], values[3]
-
-
-def times(a, b, out):
-    """Fill ``out`` (m,) with the products of ``a`` and ``b``."""
-    for i in range(len(out)):
-        out[i] = a[i] * b[i]
-
-
-def twice(values):
-    """Double ``values`` (m,), in place."""
-    for i in range(len(values)):
-        values[i] = values[i] + values[i]
-
-
-def difference(a, b, c, d, out):
-    """Fill ``out`` (m,) with ``a b - c d``."""
-    for i in range(len(out)):
-        out[i] = a[i] * b[i] - c[i] * d[i]
-
-
-def quicken(change, effect, gyroscopic, inertia):
-    """Make ``change`` (m,), squares of speeds, the angular acceleration [rad/s^2] about an axis."""
-    for i in range(len(change)):
-        change[i] = (change[i] * effect[i] - gyroscopic[i]) / inertia[i]
-
-
-def lag(rotors, speeds, left):
-    """Let the speeds of ``rotors`` (m,) follow ``speeds``, as ``lagged_speeds``, in place."""
-    for i in range(len(rotors)):
-        rotors[i] = speeds[i] + left[i] * (rotors[i] - speeds[i])
-
-
-def command(table, attitude, rates, aimed, turning, axis, gyroscopic, change, speeds, spare):
-    """Fill ``speeds[1:]`` with the torques (3, m) [N m] that ``rotor_speeds`` wants."""
-    x, y, z, w = rows_of(attitude)
-    a, b, c, d = rows_of(aimed)
-    side, other, m = spare[0], spare[1], len(turning)
-    for i in range(m):
-        side[i] = x[i] * a[i] + y[i] * b[i]
-    for i in range(m):
-        side[i] = side[i] + z[i] * c[i] + w[i] * d[i]
-    for i in range(m):
-        side[i] = -2.0 if side[i] < 0.0 else 2.0
-    difference(w, a, d, x, speeds[1])
-    difference(y, c, z, b, other)
-    less(speeds[1], other)
-    difference(w, b, d, y, speeds[2])
-    difference(z, a, x, c, other)
-    less(speeds[2], other)
-    difference(w, c, d, z, speeds[3])
-    difference(x, b, y, a, other)
-    less(speeds[3], other)
-    for k in range(3):
-        scale(speeds[k + 1], side, table[ATTITUDE + k])
-    times(turning, axis[2], other)
-    for i in range(m):
-        speeds[3, i] = speeds[3, i] + other[i]
-    for k in range(3):
-        near(speeds[k + 1], rates[k], change[k], table[RATE + k], table[DAMPING + k])
-        bound(speeds[k + 1], table[MOST + k], table[INERTIA + k], gyroscopic[k])
-
-
-def less(values, others):
-    """Subtract ``others`` (m,) from ``values``, in place."""
-    for i in range(len(values)):
-        values[i] = values[i] - others[i]
-
-
-def scale(values, side, gain):
-    """Make ``values`` (m,), half of turns on one ``side``, the rates wanted [rad/s], in place."""
-    for i in range(len(values)):
-        values[i] = gain[i] * (values[i] * side[i])
-
-
-def near(wanted, rates, change, gain, damping):
-    """Make the rates ``wanted`` (m,) the angular acceleration that brings ``rates`` near, in place."""
-    for i in range(len(wanted)):
-        wanted[i] = gain[i] * (wanted[i] - rates[i]) - damping[i] * change[i]
-
-
-def bound(quicker, most, inertia, gyroscopic):
-    """Make ``quicker`` (m,) [rad/s^2], at ``most`` as much, a torque [N m], in place."""
-    for i in range(len(quicker)):
-        quicker[i] = inertia[i] * min(max(quicker[i], -most[i]), most[i]) + gyroscopic[i]
-
-
-def lift(table, wanted, axis, speeds, spare):
-    """Make torques ``speeds[1:]``, and the thrust for ``wanted`` (3, m), rotor speeds, as ``speeds_of``."""
-    t, x, y, z = rows_of(speeds)
-    east, north, up, mass, m = axis[0], axis[1], axis[2], table[MASS], len(t)
-    for i in range(m):
-        t[i] = wanted[0, i] * east[i] + wanted[1, i] * north[i] + wanted[2, i] * up[i]
-    for i in range(m):
-        t[i] = mass[i] * max(t[i] + GRAVITY * up[i], 0.0)
-    for k in range(4):
-        divide(speeds[k], table[SPLIT + k])
-    s0, s1, s2, s3 = rows_of(spare)
-    for i in range(m):
-        s0[i] = (t[i] - x[i]) + (z[i] - y[i])
-    for i in range(m):
-        s1[i] = (t[i] - x[i]) - (z[i] - y[i])
-    for i in range(m):
-        s2[i] = (t[i] + x[i]) + (z[i] + y[i])
-    for i in range(m):
-        s3[i] = (t[i] + x[i]) - (z[i] + y[i])
-    least, most = table[LEAST_SQUARE], table[MOST_SQUARE]
-    for i in range(m):
-        t[i] = max(least[i] - min(min(s0[i], s1[i]), min(s2[i], s3[i])), 0.0)
-    for i in range(m):
-        highest = max(max(s0[i], s1[i]), max(s2[i], s3[i]))
-        t[i] = t[i] - max(highest + t[i] - most[i], 0.0)
-    for k in range(4):
-        add(spare[k], t)
-    for k in range(4):
-        root(spare[k], least, most, speeds[k])
-
-
-def add(values, others):
-    """Add ``others`` (m,) to ``values``, in place."""
-    for i in range(len(values)):
-        values[i] = values[i] + others[i]
-
-
-def divide(values, by):
-    """Divide ``values`` (m,) ``by`` others, in place."""
-    for i in range(len(values)):
-        values[i] = values[i] / by[i]
-
-
-def root(squares, least, most, speeds):
-    """Fill ``speeds`` (m,) with the roots of ``squares`` between ``least`` and ``most``."""
-    for i in range(len(squares)):
-        speeds[i] = math.sqrt(min(max(squares[i], least[i]), most[i]))
-
-
-def advance(table, step, place, velocity, rotors, air, thrust, axis, spare):
-    """Move robots under ``thrust`` (m,) [N] along ``axis`` (3, m), in place, as ``advanced``."""
-    r0, r1, r2, r3 = rows_of(rotors)
-    vx, vy, vz, along = rows_of(spare)
-    east, north, up, m = axis[0], axis[1], axis[2], len(thrust)
-    total = spare[4]
-    side, upright, mass = table[DRAG], table[DRAG + 2], table[MASS]
-    for k in range(3):
-        for i in range(m):
-            spare[k, i] = velocity[k, i] - air[k, i]
-    for i in range(m):
-        along[i] = vx[i] * east[i] + vy[i] * north[i] + vz[i] * up[i]
-    for i in range(m):
-        along[i] = (upright[i] - side[i]) * along[i]
-    for i in range(m):
-        total[i] = -(r0[i] + r1[i] + r2[i] + r3[i])
-    for k in range(3):
-        drag(spare[k], side, along, axis[k], total)
-        push(velocity[k], step, mass, spare[k], thrust, axis[k])
-    for i in range(m):
-        velocity[2, i] = velocity[2, i] - step * GRAVITY
-    for k in range(3):
-        go(place[k], step, velocity[k])
-
-
-def drag(velocity, side, along, axis, total):
-    """Make ``velocity`` (m,) through the air the drag [N], in place, as ``drag_of``."""
-    for i in range(len(velocity)):
-        velocity[i] = total[i] * (side[i] * velocity[i] + along[i] * axis[i])
-
-
-def push(velocity, step, mass, force, thrust, axis):
-    """Let ``force`` and ``thrust`` (m,) [N] change ``velocity`` [m/s] for a ``step`` [s], in place."""
-    for i in range(len(velocity)):
-        velocity[i] = velocity[i] + step / mass[i] * (force[i] + thrust[i] * axis[i])
-
-
-def go(values, step, rate):
-    """Let ``values`` (m,) change at ``rate`` for a ``step`` [s], in place."""
-    for i in range(len(values)):
-        values[i] = values[i] + step * rate[i]
-
-
-def turn(step, attitude, rates, change, spare):
-    """Turn robots by a substep of ``rates``, which ``change``, (3, m) both, in place, as ``turned``."""
-    x, y, z, w = rows_of(attitude)
-    p, q, r, size = rows_of(spare)
-    half, m = 0.5 * step, rates.shape[1]
-    after = spare[4:]
-    for k in range(3):
-        go(rates[k], step, change[k])
-        for i in range(m):
-            spare[k, i] = half * rates[k, i]
-    a, b, c, d = rows_of(after)
-    for i in range(m):
-        a[i] = w[i] * p[i] + y[i] * r[i] - z[i] * q[i] + x[i]
-    for i in range(m):
-        b[i] = w[i] * q[i] + z[i] * p[i] - x[i] * r[i] + y[i]
-    for i in range(m):
-        c[i] = w[i] * r[i] + x[i] * q[i] - y[i] * p[i] + z[i]
-    for i in range(m):
-        d[i] = -(x[i] * p[i] + y[i] * q[i] + z[i] * r[i]) + w[i]
-    for i in range(m):
-        size[i] = math.sqrt(a[i] * a[i] + b[i] * b[i] + c[i] * c[i] + d[i] * d[i])
-    for k in range(4):
-        share(after[k], size, attitude[k])
-
-
-def share(values, size, part):
-    """Fill ``part`` (m,) with ``values`` over ``size``."""
-    for i in range(len(values)):
-        part[i] = values[i] / size[i]
+def move(b, step):
+    """Move the robots in ``b`` by a ``step`` [s] as ``advanced`` does."""
+    half = 0.5 * step
+    for i in range(LANES):
+        east, north, up = b[EAST + i], b[NORTH + i], b[UP + i]
+        x, y, z = b[VX + i] - b[AIR_X + i], b[VY + i] - b[AIR_Y + i], b[VZ + i] - b[AIR_Z + i]
+        n0, n1, n2, n3, left = b[N0 + i], b[N1 + i], b[N2 + i], b[N3 + i], b[LAGS + i]
+        total, thrust, side = -(n0 + n1 + n2 + n3), b[THRUST + i], b[SIDE + i]
+        along = (b[LENGTHWISE + i] - side) * (x * east + y * north + z * up)
+        share = step / b[WEIGHS + i]
+        x = b[VX + i] + share * (total * (side * x + along * east) + thrust * east)
+        y = b[VY + i] + share * (total * (side * y + along * north) + thrust * north)
+        z = b[VZ + i] + share * (total * (side * z + along * up) + thrust * up)
+        z = z - step * GRAVITY
+        b[PX + i], b[PY + i] = b[PX + i] + step * x, b[PY + i] + step * y
+        height = b[PZ + i] + step * z
+        b[VX + i], b[VY + i], b[VZ + i] = x, y, max(z, 0.0) if height <= 0.0 else z
+        b[PZ + i] = 0.0 if height <= 0.0 else height
+        b[N0 + i] = b[S0 + i] + left * (n0 - b[S0 + i])
+        b[N1 + i] = b[S1 + i] + left * (n1 - b[S1 + i])
+        b[N2 + i] = b[S2 + i] + left * (n2 - b[S2 + i])
+        b[N3 + i] = b[S3 + i] + left * (n3 - b[S3 + i])
+        p, q = b[P + i] + step * b[CX + i], b[Q + i] + step * b[CY + i]
+        r = b[R + i] + step * b[CZ + i]
+        b[P + i], b[Q + i], b[R + i] = p, q, r
+        p, q, r = half * p, half * q, half * r
+        x, y, z, w = b[QX + i], b[QY + i], b[QZ + i], b[QW + i]
+        a, c = w * p + y * r - z * q + x, w * q + z * p - x * r + y
+        d, e = w * r + x * q - y * p + z, -(x * p + y * q + z * r) + w
+        size = math.sqrt(a * a + c * c + d * d + e * e)
+        b[QX + i], b[QY + i], b[QZ + i], b[QW + i] = a / size, c / size, d / size, e / size
 
 
 def settle(table, place, velocity, attitude, keeps, held, after):

@@ -55,12 +55,12 @@ def measured(n, options, by_card):
 
     canvas, costs = Canvas(), []
     canvas.resize(*(int(side) for side in options.size.split("x")))
-    if by_card and canvas._card is None:
+    if by_card and canvas.card is None:
         return None
     if by_card:
-        canvas._card.suits = lambda scene: True
+        canvas.card.suits = lambda scene: True
     else:
-        canvas._card = None
+        canvas.card = None
     for step, scene in enumerate(scenes(n, WARM + options.pictures, options.trails)):
         if step == WARM:
             clocks = time.process_time(), time.thread_time()

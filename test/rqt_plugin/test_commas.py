@@ -30,11 +30,11 @@ def test_fields_have_points_where_the_country_has_commas():
     QLocale.setDefault(QLocale("de_DE"))
     try:
         study = quiet_study(shipped("consensus"))
-        assert study.topology._amount.textFromValue(0.3) == "0.30"
+        assert study.topology.amount.textFromValue(0.3) == "0.30"
         gain = study.protocol.findChild(object, "gain")
         gain.setText("0,5")
         gain.finished.emit()
-        row = next(each for each in study.protocol._form._rows.values() if each.editor is gain)
+        row = next(each for each in study.protocol.form._rows.values() if each.editor is gain)
         assert "a point in place of the comma" in row.note.message
         study.close_study()
     finally:
@@ -52,7 +52,7 @@ def test_a_decimal_comma_is_a_point_in_fields_that_count_up_and_down(country):
         height.setVisible(True)
         study.topology.setParent(None)
         shown(study.topology, 400, 400)
-        amount = study.topology._amount
+        amount = study.topology.amount
         amount.setVisible(True)
         amount.setDecimals(2)
         for field, typed in ((amount, "0,25"), (amount, "0.75")):

@@ -50,7 +50,7 @@ class Watched(CurvesPanel):
     def __init__(self):
         super().__init__()
         self.draws = 0
-        self._canvas.mpl_connect("draw_event", self._count)
+        self.canvas.mpl_connect("draw_event", self._count)
 
     def _count(self, _event):
         self.draws += 1
@@ -77,19 +77,19 @@ def settle(panel):
 
 
 def lines(panel):
-    return panel._plot.axes.lines
+    return panel.plot.axes.lines
 
 
 def pixel(panel, time, value):
     """Return where on the canvas a point of the plot lies."""
-    x, y = panel._plot.axes.transData.transform((time, value))
-    return QPoint(int(round(x)), int(round(panel._canvas.height() - y)))
+    x, y = panel.plot.axes.transData.transform((time, value))
+    return QPoint(int(round(x)), int(round(panel.canvas.height() - y)))
 
 
 def wheel(panel, place, steps=1):
     event = QWheelEvent(
         QPointF(place),
-        QPointF(panel._canvas.mapToGlobal(place)),
+        QPointF(panel.canvas.mapToGlobal(place)),
         QPoint(),
         QPoint(0, 120 * steps),
         Qt.NoButton,
@@ -97,20 +97,20 @@ def wheel(panel, place, steps=1):
         Qt.NoScrollPhase,
         False,
     )
-    QApplication.sendEvent(panel._canvas, event)
+    QApplication.sendEvent(panel.canvas, event)
 
 
 def move(panel, place, buttons=Qt.NoButton):
     """Move the mouse; QTest's own way depends on the platform's cursor."""
     spot = QPointF(place)
     event = QMouseEvent(QEvent.MouseMove, spot, Qt.NoButton, buttons, Qt.NoModifier)
-    QApplication.sendEvent(panel._canvas, event)
+    QApplication.sendEvent(panel.canvas, event)
 
 
 def drag(panel, begin, end):
-    QTest.mousePress(panel._canvas, Qt.LeftButton, pos=begin)
+    QTest.mousePress(panel.canvas, Qt.LeftButton, pos=begin)
     move(panel, end, Qt.LeftButton)
-    QTest.mouseRelease(panel._canvas, Qt.LeftButton, pos=end)
+    QTest.mouseRelease(panel.canvas, Qt.LeftButton, pos=end)
 
 
 def test_curves_follow_the_history(panel):
@@ -123,8 +123,8 @@ def test_curves_follow_the_history(panel):
     history.append(snapshot(5.0))
     settle(panel)
     assert lines(panel)[2].get_xdata()[-1] == 5.0
-    assert panel._plot.axes.get_xlim() == (0.0, 5.0)
-    assert panel._plot.axes.get_ylim()[1] > 18.0
+    assert panel.plot.axes.get_xlim() == (0.0, 5.0)
+    assert panel.plot.axes.get_ylim()[1] > 18.0
 
 
 def test_each_tab_shows_its_quantity_with_its_unit(panel):
@@ -133,10 +133,10 @@ def test_each_tab_shows_its_quantity_with_its_unit(panel):
     wanted = [history.pose[:, 0, 0], history.pose[:, 0, 1], 2.0 * history.time]
     wanted += [history.state.twist[:, 0, 0], history.state.twist[:, 0, 2]]
     for index, values in enumerate(wanted):
-        panel._tabs.setCurrentIndex(index)
+        panel.tabs.setCurrentIndex(index)
         settle(panel)
         np.testing.assert_allclose(lines(panel)[0].get_ydata(), values, atol=1e-9)
-        label = panel._plot.axes.get_ylabel()
+        label = panel.plot.axes.get_ylabel()
         assert label.endswith("[{}]".format(QUANTITIES[index].unit))
 
 
@@ -145,7 +145,7 @@ def test_nothing_is_drawn_without_news_nor_while_hidden(panel):
     history = make_history(20)
     panel.set_history(history)
     panel.set_error(lambda pose: calls.append(len(pose)) or np.ones(len(pose)))
-    panel._tabs.setCurrentIndex(ERROR)
+    panel.tabs.setCurrentIndex(ERROR)
     settle(panel)
     drawn, called = panel.draws, list(calls)
     assert drawn and called == [20]
@@ -154,7 +154,7 @@ def test_nothing_is_drawn_without_news_nor_while_hidden(panel):
     panel.hide()
     history.append(snapshot(9.0))
     panel.set_prediction([0.0, 1.0], [1.0, 0.5])
-    panel._canvas.draw_idle()
+    panel.canvas.draw_idle()
     QTest.qWait(600)
     assert (panel.draws, calls) == (drawn, called)
     panel.show()
@@ -177,14 +177,14 @@ def test_a_running_history_is_drawn_four_times_a_second_at_most(panel):
 def test_robots_are_chosen_by_the_field(panel):
     panel.set_history(make_history(5, n=9))
     settle(panel)
-    QTest.keyClicks(panel._field, "1-3, 7")
+    QTest.keyClicks(panel.field, "1-3, 7")
     settle(panel)
-    legend = [text.get_text() for text in panel._plot.axes.get_legend().get_texts()]
+    legend = [text.get_text() for text in panel.plot.axes.get_legend().get_texts()]
     assert legend == ["1", "2", "3", "7"] and len(lines(panel)) == 4
-    panel._field.setText("9, 4-5")
+    panel.field.setText("9, 4-5")
     settle(panel)
     assert lines(panel)[0].get_ydata()[0] == 4.0
-    panel._field.clear()
+    panel.field.clear()
     settle(panel)
     assert len(lines(panel)) == 9
 
@@ -192,21 +192,21 @@ def test_robots_are_chosen_by_the_field(panel):
 @pytest.mark.parametrize("text, reason", [("1-", "range"), ("x", "x"), ("3-1", "smaller")])
 def test_a_wrong_choice_is_framed_explained_and_without_effect(panel, text, reason):
     panel.set_history(make_history(5))
-    panel._field.setText("2")
-    panel._field.setText(text)
+    panel.field.setText("2")
+    panel.field.setText(text)
     settle(panel)
-    assert reason in panel._field.toolTip() and "border" in panel._field.styleSheet()
+    assert reason in panel.field.toolTip() and "border" in panel.field.styleSheet()
     assert len(lines(panel)) == 1
-    panel._field.clear()
-    assert not panel._field.styleSheet()
+    panel.field.clear()
+    assert not panel.field.styleSheet()
 
 
 def test_a_robot_that_is_not_in_the_team_is_named(panel):
     panel.set_history(make_history(5))
     settle(panel)
-    panel._field.setText("2, 8")
+    panel.field.setText("2, 8")
     settle(panel)
-    assert "8" in panel._field.toolTip() and len(lines(panel)) == 1
+    assert "8" in panel.field.toolTip() and len(lines(panel)) == 1
 
 
 @pytest.mark.parametrize("ranges, text", [((), " "), (((1, 3), (7, 7)), "1 - 3;7")])
@@ -218,14 +218,14 @@ def test_hover_names_the_robot_with_time_and_value(panel):
     panel.set_history(make_history(41))
     settle(panel)
     move(panel, pixel(panel, 2.0, 6.0))
-    assert panel._label.isVisible()
-    name, time, value = panel._label.text().replace(":", ",").split(",")
+    assert panel.label.isVisible()
+    name, time, value = panel.label.text().replace(":", ",").split(",")
     assert name == "Robot 2"
     assert float(time.split()[0]) == pytest.approx(2.0, abs=0.05)
     assert float(value.split()[0]) == pytest.approx(6.0, abs=0.1)
-    assert panel._canvas.rect().contains(panel._label.geometry())
+    assert panel.canvas.rect().contains(panel.label.geometry())
     move(panel, pixel(panel, 0.5, 14.0))
-    assert not panel._label.isVisible()
+    assert not panel.label.isVisible()
 
 
 def test_error_and_theory_are_shown_on_a_log_scale(panel):
@@ -234,11 +234,11 @@ def test_error_and_theory_are_shown_on_a_log_scale(panel):
     panel.set_error(lambda pose: np.exp(-pose[:, 0, 0]))
     panel.set_prediction(history.time, 2.0 * np.exp(-history.time))
     settle(panel)
-    panel._tabs.setCurrentIndex(ERROR)
+    panel.tabs.setCurrentIndex(ERROR)
     assert panel.as_csv().startswith("time [s],This run error [m],Theory")  # before it is drawn
     settle(panel)
     run, theory = lines(panel)
-    assert panel._plot.axes.get_yscale() == "log"
+    assert panel.plot.axes.get_yscale() == "log"
     np.testing.assert_allclose(run.get_ydata(), np.exp(-1.0 - history.time))
     np.testing.assert_allclose(theory.get_ydata(), 2.0 * np.exp(-history.time))
     assert theory.get_linestyle() == "--" and run.get_linestyle() == "-"
@@ -254,10 +254,10 @@ def test_theory_that_goes_to_infinity_leaves_the_run_in_sight(panel):
     panel.set_prediction(
         history.time, np.append(np.logspace(0, 300, len(history.time) - 1), np.inf)
     )
-    panel._tabs.setCurrentIndex(ERROR)
+    panel.tabs.setCurrentIndex(ERROR)
     settle(panel)
     run, theory = lines(panel)
-    low, high = panel._plot.axes.get_ylim()
+    low, high = panel.plot.axes.get_ylim()
     assert low < run.get_ydata().min() and run.get_ydata().max() < high < 100.0
     assert np.isfinite(theory.get_ydata()).sum() == 1
 
@@ -266,7 +266,7 @@ def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
     history = make_history(5, begin=1.7e9)  # robots that stand
     panel.set_history(history)
     panel.set_prediction([0.0, 1.0, 2.0], [1.0, 0.5, 0.25])
-    panel._tabs.setCurrentIndex(ERROR)
+    panel.tabs.setCurrentIndex(ERROR)
     settle(panel)
     (theory,) = lines(panel)
     np.testing.assert_allclose(theory.get_xdata(), [0.0, 1.0])  # what is seen
@@ -277,7 +277,7 @@ def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
     (theory,) = lines(panel)
     np.testing.assert_allclose(theory.get_xdata(), [0.0, 1.0])
     assert history.time[history.first_row()] == begin
-    assert panel._plot.axes.get_xlim() == pytest.approx((0.0, 0.1), abs=1e-6)  # of the run alone
+    assert panel.plot.axes.get_xlim() == pytest.approx((0.0, 0.1), abs=1e-6)  # of the run alone
 
 
 def test_the_time_axis_begins_with_the_run_and_moments_stay_those_of_the_history(panel):
@@ -286,14 +286,14 @@ def test_the_time_axis_begins_with_the_run_and_moments_stay_those_of_the_history
         history.append(snapshot(time).replace(command=np.full((3, 2), 0.1)))
     panel.set_history(history)
     settle(panel)
-    assert panel._plot.axes.get_xlim() == (0.0, 2.0)
+    assert panel.plot.axes.get_xlim() == (0.0, 2.0)
     panel.show_moment(32.0)
     assert panel.moment == 1.0
     chosen = []
     panel.time_chosen.connect(chosen.append)
-    box, ratio = panel._plot.axes.bbox, panel._canvas.devicePixelRatioF()
-    middle = QPoint(int((box.x0 + box.x1) / 2 / ratio), panel._canvas.height() // 2)
-    QTest.mouseClick(panel._canvas, Qt.LeftButton, pos=middle)
+    box, ratio = panel.plot.axes.bbox, panel.canvas.devicePixelRatioF()
+    middle = QPoint(int((box.x0 + box.x1) / 2 / ratio), panel.canvas.height() // 2)
+    QTest.mouseClick(panel.canvas, Qt.LeftButton, pos=middle)
     assert chosen == [pytest.approx(32.0, abs=0.02)]
 
 
@@ -304,9 +304,9 @@ def test_the_time_axis_begins_with_the_run_and_moments_stay_those_of_the_history
 def test_without_an_error_the_plot_says_why(panel, function, expected):
     panel.set_history(make_history(5))
     panel.set_error(function)
-    panel._tabs.setCurrentIndex(ERROR)
+    panel.tabs.setCurrentIndex(ERROR)
     settle(panel)
-    assert not lines(panel) and expected in panel._plot.axes.texts[0].get_text()
+    assert not lines(panel) and expected in panel.plot.axes.texts[0].get_text()
 
 
 def test_each_sample_is_given_to_the_error_once_until_the_history_begins_anew(monkeypatch):
@@ -391,7 +391,7 @@ def test_a_cleared_history_shows_no_curves(panel):
     settle(panel)
     history.clear()
     settle(panel)
-    assert not lines(panel) and "No run yet" in panel._plot.axes.texts[0].get_text()
+    assert not lines(panel) and "No run yet" in panel.plot.axes.texts[0].get_text()
     history.append(snapshot(0.0, n=2))
     settle(panel)
     assert len(lines(panel)) == 2
@@ -400,19 +400,19 @@ def test_a_cleared_history_shows_no_curves(panel):
 def test_wheel_zooms_about_the_mouse_drag_pans_and_double_click_shows_all(panel):
     panel.set_history(make_history(101))
     settle(panel)
-    QTest.mouseClick(panel._follow, Qt.LeftButton, pos=QPoint(8, panel._follow.height() // 2))
+    QTest.mouseClick(panel.follow, Qt.LeftButton, pos=QPoint(8, panel.follow.height() // 2))
     place = pixel(panel, 4.0, 10.0)
     wheel(panel, place, 2)
     settle(panel)
-    begin, end = panel._plot.axes.get_xlim()
+    begin, end = panel.plot.axes.get_xlim()
     assert end - begin == pytest.approx(6.4) and begin < 4.0 < end
     assert (pixel(panel, 4.0, 10.0) - place).manhattanLength() <= 3
     drag(panel, place, place + QPoint(60, 0))
     settle(panel)
-    assert panel._plot.axes.get_xlim()[0] < begin - 0.3
-    QTest.mouseDClick(panel._canvas, Qt.LeftButton, pos=place)
+    assert panel.plot.axes.get_xlim()[0] < begin - 0.3
+    QTest.mouseDClick(panel.canvas, Qt.LeftButton, pos=place)
     settle(panel)
-    assert panel._plot.axes.get_xlim() == pytest.approx((0.0, 10.0))
+    assert panel.plot.axes.get_xlim() == pytest.approx((0.0, 10.0))
 
 
 def test_following_keeps_the_width_and_a_drag_ends_it(panel):
@@ -421,13 +421,13 @@ def test_following_keeps_the_width_and_a_drag_ends_it(panel):
     settle(panel)
     wheel(panel, pixel(panel, 5.0, 10.0), 2)
     settle(panel)
-    assert panel._plot.axes.get_xlim() == pytest.approx((3.6, 10.0))
+    assert panel.plot.axes.get_xlim() == pytest.approx((3.6, 10.0))
     history.append(snapshot(12.0))
     settle(panel)
-    assert panel._plot.axes.get_xlim() == pytest.approx((5.6, 12.0))
+    assert panel.plot.axes.get_xlim() == pytest.approx((5.6, 12.0))
     place = pixel(panel, 8.0, 20.0)
     drag(panel, place, place + QPoint(40, 5))
-    assert not panel._follow.isChecked()
+    assert not panel.follow.isChecked()
 
 
 def test_a_zoomed_plot_is_of_full_detail_and_thinning_keeps_peaks():
@@ -460,13 +460,13 @@ def test_curves_thinned_together_keep_the_peaks_of_each():
 def test_the_curves_of_a_large_team_are_drawn_as_one_and_still_named(panel):
     panel.set_history(make_history(30, 300))
     settle(panel)
-    bundle = panel._plot._bundle
-    assert len(lines(panel)) == 0 and bundle in panel._plot.axes.collections
+    bundle = panel.plot._bundle
+    assert len(lines(panel)) == 0 and bundle in panel.plot.axes.collections
     segments = bundle.get_segments()
     assert len(segments) == 300 and len({tuple(colour) for colour in bundle.get_colors()}) == STEPS
     np.testing.assert_allclose(segments[299], [[t, 300.0 * (1.0 + t)] for t in segments[299][:, 0]])
     move(panel, pixel(panel, 1.5, 300.0 * 2.5))
-    assert panel._label.text().startswith("Robot 300:")
+    assert panel.label.text().startswith("Robot 300:")
 
 
 @pytest.mark.parametrize("size", [(500, 300), (1200, 500)])
@@ -476,11 +476,11 @@ def test_nothing_is_cut_off(panel, size, n):
     panel.set_history(make_history(5, n=n))
     panel.set_error(lambda pose: pose[:, 0, 0])
     panel.set_prediction([0.0, 1.0], [1e-6, 1.0])
-    figure = panel._plot.figure
+    figure = panel.plot.figure
     for index in range(len(QUANTITIES)):
-        panel._tabs.setCurrentIndex(index)
+        panel.tabs.setCurrentIndex(index)
         settle(panel)
-        box = figure.get_tightbbox(panel._canvas.get_renderer())
+        box = figure.get_tightbbox(panel.canvas.get_renderer())
         assert box.x0 >= 0.0 and box.y0 >= 0.0
         assert box.x1 * figure.dpi <= figure.bbox.width + 1
         assert box.y1 * figure.dpi <= figure.bbox.height + 1
@@ -494,34 +494,34 @@ def test_colours_are_those_of_the_theme(panel):
     palette.setColor(QPalette.WindowText, QColor("#f0f0f0"))
     panel.setPalette(palette)
     settle(panel)
-    axes = panel._plot.axes
-    assert panel._plot.figure.get_facecolor()[0] == pytest.approx(0x20 / 255.0, abs=0.01)
+    axes = panel.plot.axes
+    assert panel.plot.figure.get_facecolor()[0] == pytest.approx(0x20 / 255.0, abs=0.01)
     assert axes.get_facecolor()[0] == pytest.approx(0x10 / 255.0, abs=0.01)
     assert axes.xaxis.label.get_color()[0] == pytest.approx(0xF0 / 255.0, abs=0.01)
 
 
 def test_the_lateral_speed_is_shown_of_robots_that_have_one(panel):
     def tabs():
-        return [panel._tabs.tabText(tab) for tab in range(panel._tabs.count())]
+        return [panel.tabs.tabText(tab) for tab in range(panel.tabs.count())]
 
     history = make_history(20)
     history.state.twist[:, :, 1] = 0.25
     panel.set_history(history)
     assert "v\u1d67" not in tabs()
-    panel._tabs.setCurrentIndex(tabs().index("\u03c9"))
+    panel.tabs.setCurrentIndex(tabs().index("\u03c9"))
     panel.set_axes(("linear.x", "linear.y", "angular.z"))
-    assert panel._tabs.tabText(panel._tabs.currentIndex()) == "\u03c9"  # what was looked at
-    panel._tabs.setCurrentIndex(tabs().index("v\u1d67"))
+    assert panel.tabs.tabText(panel.tabs.currentIndex()) == "\u03c9"  # what was looked at
+    panel.tabs.setCurrentIndex(tabs().index("v\u1d67"))
     settle(panel)
     assert set(lines(panel)[0].get_ydata()) == {0.25}
-    assert "lateral" in panel._plot.axes.get_ylabel()
+    assert "lateral" in panel.plot.axes.get_ylabel()
     panel.set_axes(("linear.x", "angular.z"))
-    assert tabs()[panel._tabs.currentIndex()] == "x" and "v\u1d67" not in tabs()
+    assert tabs()[panel.tabs.currentIndex()] == "x" and "v\u1d67" not in tabs()
 
 
 def test_curves_show_heights_of_teams_that_fly(panel):
     def tabs():
-        return [panel._tabs.tabText(tab) for tab in range(panel._tabs.count())]
+        return [panel.tabs.tabText(tab) for tab in range(panel.tabs.count())]
 
     panel.set_axes(("linear.x", "linear.z", "angular.z"))
     assert "z" not in tabs() and "climb" not in tabs()
@@ -535,23 +535,23 @@ def test_curves_show_heights_of_teams_that_fly(panel):
         history.append(expected.replace(spatial=spatial))
     panel.set_history(history)
     for tab, values in ((2, [[1.0, 2.0, 3.0]] * 5), (5, [[0.1 * k] * 3 for k in range(5)])):
-        panel._tabs.setCurrentIndex(tab)
-        panel._canvas.draw()
-        drawn = np.transpose([line.get_ydata() for line in panel._plot.axes.lines])
+        panel.tabs.setCurrentIndex(tab)
+        panel.canvas.draw()
+        drawn = np.transpose([line.get_ydata() for line in panel.plot.axes.lines])
         np.testing.assert_allclose(drawn, values)
 
 
 def compared(panel, factors):
     """Compare a run whose theory is 1 with runs whose theories are ``factors``, in the error."""
     panel.set_history(make_history(40))
-    panel._tabs.setCurrentIndex(ERROR)
+    panel.tabs.setCurrentIndex(ERROR)
     source_of = panel._live, *(Source(make_history(40), "run {}".format(k)) for k in factors)
     for source, factor in zip(source_of, (1.0, *factors)):
         source.error = ErrorCurve(lambda pose: np.full(len(pose), 2.0))
         source.set_prediction(np.arange(4.0), np.full(4, factor))
     panel.compare(source_of[1:], "own")
     settle(panel)
-    return [curve.name for curve in panel._plot._curves], panel._plot.axes.get_legend()
+    return [curve.name for curve in panel.plot._curves], panel.plot.axes.get_legend()
 
 
 def test_each_compared_runs_theory_has_its_name_and_its_line(panel):
@@ -585,10 +585,10 @@ def test_one_theory_of_all_compared_runs_is_drawn_once(panel):
 def test_a_legend_of_many_runs_stays_in_the_figure_and_leaves_room(panel, size):
     panel.resize(*size)
     _, legend = compared(panel, [2.0, 3.0, 4.0])
-    figure = panel._plot.figure
+    figure = panel.plot.figure
     box = legend.get_window_extent(figure.canvas.get_renderer())
     assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
-    assert panel._plot.axes.bbox.height >= 0.35 * figure.bbox.height
+    assert panel.plot.axes.bbox.height >= 0.35 * figure.bbox.height
     assert {"own", "run 4.0"} <= {text.get_text() for text in legend.get_texts()}
 
 
@@ -600,7 +600,7 @@ def test_the_menu_of_the_curves_selects_isolates_and_exports(panel):
     panel.export_asked.connect(exported.append)
 
     def entries(place):
-        panel._canvas.customContextMenuRequested.emit(place)
+        panel.canvas.customContextMenuRequested.emit(place)
         found = {entry.text(): entry for entry in panel.menu.actions()}
         panel.menu.hide()
         return found
@@ -626,7 +626,7 @@ def test_curves_that_are_collected_while_shown_go_without_an_error(no_hidden_err
     panel = CurvesPanel()
     panel.show()
     assert QTest.qWaitForWindowExposed(panel)
-    timer = panel._timer
+    timer = panel.timer
     panel.__dict__.clear()  # as the collector of cycles does, before Qt takes the widget down
     panel.hide()
     timer.stop()

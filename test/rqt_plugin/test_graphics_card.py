@@ -93,16 +93,16 @@ def corner_of(canvas):
 def test_the_view_takes_the_cards_picture_and_paints_where_there_is_none():
     canvas = Canvas()
     canvas.resize(300, 200)
-    canvas._card = None
+    canvas.card = None
     canvas.show_scene(scene(numbered=False))
     painted = corner_of(canvas)
-    canvas._card = Card()
-    assert corner_of(canvas) == "#123456" and canvas._card.sizes == [(300, 200)]
+    canvas.card = Card()
+    assert corner_of(canvas) == "#123456" and canvas.card.sizes == [(300, 200)]
     canvas.show_scene(scene(numbered=False, edges=[(0, 1, 1.0)]))  # what it does not suit
     assert corner_of(canvas) == painted
     canvas.show_scene(scene(numbered=False))
-    canvas._card = Card(wrong=True)
-    assert corner_of(canvas) == painted and canvas._card is None
+    canvas.card = Card(wrong=True)
+    assert corner_of(canvas) == painted and canvas.card is None
 
 
 def test_by_software_edges_are_smooth_once_the_picture_stands_still(monkeypatch):
@@ -111,12 +111,12 @@ def test_by_software_edges_are_smooth_once_the_picture_stands_still(monkeypatch)
     canvas = Canvas()
     canvas.resize(300, 200)
     for is_software in (True, False):
-        canvas._card = card = Card(is_software=is_software)
+        canvas.card = card = Card(is_software=is_software)
         canvas.show_scene(scene(numbered=False))
         canvas.grab()
-        assert canvas._refining.isActive() == is_software
+        assert canvas.refining.isActive() == is_software
         assert set(card.fine) == {not is_software}
         now[0] += canvases.STILL_FOR
-        canvas._refining.stop()
+        canvas.refining.stop()
         canvas.grab()
-        assert card.fine[-1] and not canvas._refining.isActive()
+        assert card.fine[-1] and not canvas.refining.isActive()

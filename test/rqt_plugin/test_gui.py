@@ -109,7 +109,7 @@ click("simulate")
 until(lambda: said("controller: the law failed: ZeroDivisionError"))
 received = gui.connection.newest("control")
 until(lambda: gui.connection.newest("control") is not received)
-gui._on_tick()
+gui.tick()
 assert said("the law failed") == 1
 reported = gui.banners.text("error")
 assert "law.py:4, in calculateControlLaw: return 1 / 0" in reported.replace("\u200b", ""), reported
@@ -497,7 +497,7 @@ reported("robots 1 and 2 hold each other still", "k is high")
 QTest.mouseClick(gui.banners.button("warnings", "Close"), Qt.LeftButton)
 message.protocol = "the same warnings again"
 until(lambda: status.publish(message) or gui.connection.newest("control").protocol == message.protocol)
-gui._on_tick()
+gui.tick()
 assert not gui.banners.text("warnings")
 reported("k is high")
 message.running = False

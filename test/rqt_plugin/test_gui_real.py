@@ -45,9 +45,9 @@ NOT_SIMULATED = """
 for name in ("simulate", "pause", "step", "reset", "speed"):
     assert not gui.bar.button(name).isEnabled(), name
     assert "real" in gui.bar.button(name).toolTip().partition("Not now: ")[2], name
-assert not gui.team._number.isEnabled() and "real" in gui.team._number.toolTip()
+assert not gui.team.number.isEnabled() and "real" in gui.team.number.toolTip()
 assert not gui.modes["poses"].isEnabled() and gui.team._open.isEnabled()
-table = gui.team._table.model()
+table = gui.team.table.model()
 assert [table.index(row, 0).data() for row in range(4)] == ["1 real", "2 real", "3 real", "4 real"]
 """
 

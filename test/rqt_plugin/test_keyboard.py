@@ -43,7 +43,7 @@ def test_tab_goes_round_the_whole_window(study, key):
         study.team.findChild(QTableView),
         study.settings_tabs.tabBar(),
         study.results_tabs.tabBar(),
-        study.curves._field,
+        study.curves.field,
     ]
     assert any(button in passed for button in study.modes.values())  # arrows choose another
     assert [widget for widget in wanted if widget not in passed] == []
@@ -94,9 +94,9 @@ def test_the_focus_is_seen_on_every_button_that_can_have_it(study):
     buttons = [each for each in buttons if each.isEnabled() and each.focusPolicy() & Qt.TabFocus]
     assert study.modes["look"] in buttons and len(buttons) > 6
     for button in buttons:
-        study.curves._field.setFocus()
-        QTest.keyClick(study.curves._field, Qt.Key_Tab)  # from then on Qt marks the focus
-        study.curves._field.setFocus()
+        study.curves.field.setFocus()
+        QTest.keyClick(study.curves.field, Qt.Key_Tab)  # from then on Qt marks the focus
+        study.curves.field.setFocus()
         APP.processEvents()
         before = picture(study, button)
         button.setFocus(Qt.TabFocusReason)

@@ -43,7 +43,7 @@ def tick(study, times, obeyed=()):
     """Let robots be commanded at ``times`` [s], and controllers say what they obey."""
     study.connection.take_samples.return_value = [sample(study, time) for time in times]
     study.connection.take.side_effect = lambda name: obeyed if name == "applied" else []
-    study._on_tick()
+    study.tick()
 
 
 def test_the_error_beside_the_curves_is_of_the_run_and_of_no_later_edit(study, monkeypatch):

@@ -152,13 +152,13 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
 def test_the_team_is_edited_after_a_run_and_the_next_one_begins_there(tmp_path):
     code = """
     gui.bar.set_speed(0)
-    table = gui.team._model
+    table = gui.team.model
     for x in (9.5, 8.5):
         table.setData(table.index(0, 1), str(x))
         click("run")
         until(lambda: gui.study.state.is_over() and gui.verdict.verdict is not None)
-        until(lambda: gui.team._number.isEnabled() and gui.results.can_be_saved())
-        assert gui.team._locked.message == "" and gui.study.is_controlled()
+        until(lambda: gui.team.number.isEnabled() and gui.results.can_be_saved())
+        assert gui.team.locked.message == "" and gui.study.is_controlled()
         print("began at", gui.history.pose[0, 0, 0])
     gui.protocol._choose("consensus")  # robots that stand are not set going by a choice
     until(lambda: not gui.study.is_controlled())

@@ -92,7 +92,7 @@ def test_errors_are_shown_in_a_banner_and_counted_on_the_tab(make_study):
 def test_an_error_of_the_gui_itself_is_shown_too(make_study):
     study = make_study()
     guarded(lambda: [][1])()
-    study._on_tick()
+    study.tick()
     assert "IndexError" in study.banners.text("error")
 
 
@@ -139,7 +139,7 @@ def test_saving_shows_how_far_it_is_and_can_be_cancelled(make_study, monkeypatch
     QTest.mouseClick(study.banners.button("saving", "Cancel"), Qt.LeftButton)
     assert cancelled.is_set()
     study.connection.take_results.return_value = [("save", False, "cancelled")]
-    study._on_tick()
+    study.tick()
     assert not study.banners.text("saving") and "cancelled" in study.banners.text("error")
 
 
@@ -147,7 +147,7 @@ def test_a_verdict_that_cannot_be_read_is_said_with_its_file(make_study, tmp_pat
     study, path = make_study(), tmp_path / "verdict.json"
     path.write_text('{"passed": true, "checks": [3]}')
     study.connection.take_results.return_value = [("save", True, str(path))]
-    study._on_tick()
+    study.tick()
     shown = study.banners.text("error")
     assert "cannot be shown" in shown and str(path) in shown and "checks: 3" in shown
     assert study.results_tabs.currentWidget() is not study.verdict
@@ -155,11 +155,11 @@ def test_a_verdict_that_cannot_be_read_is_said_with_its_file(make_study, tmp_pat
 
 def test_edits_are_offered_again_after_a_crash_and_not_after_an_end_in_good_order(make_study):
     first = make_study()
-    first._on_tick()
+    first.tick()
     assert not first.banners.text("edits")
     first.team.set_pose(1, -2.0, 0.0, 0.0)
     first.team.team_changed.emit()
-    first._on_tick()
+    first.tick()
     assert not make_study().banners.text("edits")  # the first one lives
     first.edits._autosave._file.close()  # as the system does for one that is killed
     second = make_study()
@@ -170,7 +170,7 @@ def test_edits_are_offered_again_after_a_crash_and_not_after_an_end_in_good_orde
     assert second.scenario.poses[0, 0] == -2.0 and not second.banners.text("edits")
     second.team.set_pose(1, -3.0, 0.0, 0.0)
     second.team.team_changed.emit()
-    second._on_tick()
+    second.tick()
     second.close_study()
     assert not make_study().banners.text("edits")
 
@@ -179,7 +179,7 @@ def test_edits_that_are_discarded_are_not_offered_again(make_study):
     first = make_study()
     first.team.set_pose(1, -2.0, 0.0, 0.0)
     first.team.team_changed.emit()
-    first._on_tick()
+    first.tick()
     first.edits._autosave._file.close()
     second = make_study()
     active(second, 1022, 700)

@@ -39,7 +39,7 @@ def said(gui):
 
 def test_with_nothing_running_the_state_says_so_and_no_more(gui):
     gui.connection.master_online = True
-    gui._on_tick()
+    gui.tick()
     start = gui.bar.button("control")
     assert gui.bar.button("simulate").isEnabled()
     assert not start.isEnabled() and "no robots" in start.toolTip()

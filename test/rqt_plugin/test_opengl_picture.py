@@ -50,19 +50,19 @@ scene = Scene(
 )
 canvas = Canvas()
 canvas.resize({width}, {height})
-assert canvas._card is not None and canvas._card.suits(scene), "OpenGL is there, and is not used"
+assert canvas.card is not None and canvas.card.suits(scene), "OpenGL is there, and is not used"
 for name in ("plain", "fine", "painted"):
     if name == "painted":
-        canvas._card = None
+        canvas.card = None
     canvas.show_scene(scene)
     canvas._moved -= 1e6 * (name == "fine")
     canvas._untouched, canvas.camera = False, Camera(tuple(camera[:3]), *camera[3:])
-    has_card = canvas._card is not None
+    has_card = canvas.card is not None
     assert canvas.grab().toImage().save(name + ".png")
-    assert has_card == (canvas._card is not None), "OpenGL has failed"
+    assert has_card == (canvas.card is not None), "OpenGL has failed"
 coast = Box(name="coast", x=0.0, y=-19.6, length=60.0, width=40.0, height=0.0, yaw=0.0)
-for by, card in (("opengl", Canvas()._card), ("painter", None)):
-    canvas._card = card
+for by, card in (("opengl", Canvas().card), ("painter", None)):
+    canvas.card = card
     canvas.show_scene(scene._replace(obstacles=(coast,)))
     assert canvas.grab().toImage().save("coast_by_" + by + ".png")
 print("drawn", flush=True)

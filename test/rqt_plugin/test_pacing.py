@@ -72,23 +72,23 @@ def test_curves_alone_are_drawn_anew_where_nothing_else_changes(monkeypatch):
     for time in np.arange(0.0, 9.0, 0.5):
         history.append(snapshot(time))
     panel.set_history(history)
-    panel._canvas.draw()
-    whole, draw = [], panel._plot.figure.draw
-    monkeypatch.setattr(panel._plot.figure, "draw", lambda *of: (whole.append(1), draw(*of)))
-    before = np.array(panel._canvas.copy_from_bbox(panel._plot.axes.bbox))
+    panel.canvas.draw()
+    whole, draw = [], panel.plot.figure.draw
+    monkeypatch.setattr(panel.plot.figure, "draw", lambda *of: (whole.append(1), draw(*of)))
+    before = np.array(panel.canvas.copy_from_bbox(panel.plot.axes.bbox))
     history.append(snapshot(9.4))
-    panel._canvas.draw()
-    after = np.array(panel._canvas.copy_from_bbox(panel._plot.axes.bbox))
+    panel.canvas.draw()
+    after = np.array(panel.canvas.copy_from_bbox(panel.plot.axes.bbox))
     assert not whole and (before != after).any()
-    assert panel._plot.axes.get_xlim() == (0.0, 10.0)
+    assert panel.plot.axes.get_xlim() == (0.0, 10.0)
     history.append(snapshot(10.5))  # beyond the axis
-    panel._canvas.draw()
-    assert whole and panel._plot.axes.get_xlim() == (0.0, 12.0)
+    panel.canvas.draw()
+    assert whole and panel.plot.axes.get_xlim() == (0.0, 12.0)
     # The picture is the one that is drawn at once.
-    stepwise = np.array(panel._canvas.copy_from_bbox(panel._plot.figure.bbox))
-    panel._canvas._kept = None, None
-    panel._canvas.draw()
-    at_once = np.array(panel._canvas.copy_from_bbox(panel._plot.figure.bbox))
+    stepwise = np.array(panel.canvas.copy_from_bbox(panel.plot.figure.bbox))
+    panel.canvas._kept = None, None
+    panel.canvas.draw()
+    at_once = np.array(panel.canvas.copy_from_bbox(panel.plot.figure.bbox))
     assert (stepwise == at_once).all()
     panel.close()
 
@@ -104,20 +104,20 @@ def test_a_robot_is_picked_out_and_another_team_shown_in_short_steps():
     for time in (0.0, 1.0, 2.0):
         history.append(snapshot(time))
     panel.set_history(history)
-    panel._timer.stop()
-    canvas, drawn = panel._canvas, []
+    panel.timer.stop()
+    canvas, drawn = panel.canvas, []
     prepared = canvas.draw_prepared
-    canvas.draw_prepared = lambda: (drawn.append(panel._plot.builds), prepared())
-    panel._tick()
+    canvas.draw_prepared = lambda: (drawn.append(panel.plot.builds), prepared())
+    panel.tick()
     assert not drawn and panel._prepared is not None  # the axes are there
-    panel._tick()
+    panel.tick()
     (builds,) = drawn
     panel.pick_out(2)
-    panel._tick()
+    panel.tick()
     assert drawn == [builds, builds]  # nothing was built for that
-    widths = [line.get_linewidth() for line in panel._plot.axes.lines]
-    assert widths[1] > widths[0] and panel._plot.axes.lines[0].get_alpha() < 1.0
-    assert panel._plot.moving[-1] is panel._plot.axes.lines[1]
+    widths = [line.get_linewidth() for line in panel.plot.axes.lines]
+    assert widths[1] > widths[0] and panel.plot.axes.lines[0].get_alpha() < 1.0
+    assert panel.plot.moving[-1] is panel.plot.axes.lines[1]
     panel.close()
 
 
@@ -126,18 +126,18 @@ def test_curves_that_take_long_are_prepared_and_drawn_in_two_steps(monkeypatch):
     panel.set_history(history)
     for time in (0.0, 1.0, 2.0):
         history.append(snapshot(time))
-    panel._timer.stop()
-    panel._tick()
-    panel._tick()  # the axes are made
-    done, prepare, draw = [], panel._prepare, panel._canvas.draw_prepared
+    panel.timer.stop()
+    panel.tick()
+    panel.tick()  # the axes are made
+    done, prepare, draw = [], panel._prepare, panel.canvas.draw_prepared
     panel._prepare = lambda: (done.append("prepared"), prepare())
-    panel._canvas.draw_prepared = lambda: (done.append("drawn"), draw())
+    panel.canvas.draw_prepared = lambda: (done.append("drawn"), draw())
     steps = []
     for limit in (np.inf, -1.0):
         monkeypatch.setattr(drawn_curves, "LONG", limit)
         history.append(snapshot(history.time[-1] + 0.1))
         for _ in range(2):
-            panel._tick()
+            panel.tick()
             steps.append(list(done))
             done.clear()
     assert steps == [["prepared", "drawn"], [], ["prepared"], ["drawn"]]

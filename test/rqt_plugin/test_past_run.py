@@ -65,14 +65,14 @@ def study():
 
 def tick(study, samples=()):
     study.connection.take_samples.return_value = list(samples)
-    study._on_tick()
+    study.tick()
     study.connection.take_samples.return_value = []
-    study._on_tick()
+    study.tick()
 
 
 def is_marked(study):
     """Return whether verdict, its tab, curves and status line say so; all or none of them do."""
-    study.curves._canvas.draw()
+    study.curves.canvas.draw()
     study.status["time"].setText("")
     study.study.state._time = lambda *_: (True, "t = 2.0 s")
     study.status_line.show()
@@ -80,7 +80,7 @@ def is_marked(study):
     found = {
         REMARK in study.verdict.title().lower(),
         "last run" in tabs.tabText(tabs.indexOf(study.verdict)),
-        REMARK in [text.get_text() for text in study.curves._plot.axes.texts],
+        REMARK in [text.get_text() for text in study.curves.plot.axes.texts],
         REMARK in study.status["time"].text(),
     }
     assert len(found) == 1
@@ -117,7 +117,7 @@ def test_a_reset_puts_verdict_and_curves_away(study):
     assert study.verdict.verdict is None and "No verdict" in study.verdict.title()
     tabs = study.results_tabs
     assert tabs.tabText(tabs.indexOf(study.verdict)) == "Verdict"
-    assert not is_marked(study) and not study.curves._plot.axes.lines
+    assert not is_marked(study) and not study.curves.plot.axes.lines
 
 
 def test_the_tabs_stay_where_they_are_as_the_verdict_changes(study):

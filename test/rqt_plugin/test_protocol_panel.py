@@ -105,12 +105,12 @@ def test_what_is_not_allowed_is_not_sent(panel, text):
     assert "overshoots" in note
     assert panel.values()["k"] == 0.02
     # The same values, set again, do not hide the reason.
-    panel._form.set_values(DEFAULTS)
+    panel.form.set_values(DEFAULTS)
     assert notes(panel) == [note] and k.text() == text
     field(panel, "T").setFocus()
-    panel._form.set_values(DEFAULTS)
+    panel.form.set_values(DEFAULTS)
     assert notes(panel) == [note] and k.text() == text
-    panel._form.set_values({"k": 0.03})
+    panel.form.set_values({"k": 0.03})
     assert notes(panel) == [] and k.text() == "0.03"
 
 
@@ -142,29 +142,29 @@ def test_escape_gives_the_value_in_force_back(panel):
 def test_values_in_force_do_not_overwrite_typing(panel):
     k, c = field(panel, "k"), field(panel, "c")
     type_into(k, "0.5", end=None)
-    panel._form.set_values(dict(DEFAULTS, k=0.03, c=4, closure="cycle"))
+    panel.form.set_values(dict(DEFAULTS, k=0.03, c=4, closure="cycle"))
     assert k.text() == "0.5"
     assert c.text() == "4"
     assert field(panel, "closure").currentText() == "cycle"
     assert panel.sent == []
     QTest.keyClick(k, Qt.Key_Return)
     assert panel.sent == [dict(DEFAULTS, k=0.5, c=4.0, closure="cycle")]
-    panel._form.set_values({"k": 0.03})
+    panel.form.set_values({"k": 0.03})
     assert k.text() == "0.03", "finished: what is in force is shown again"
 
 
 def test_values_in_force_that_cannot_be_are_said(panel):
-    panel._form.set_values({"k": None, "T": float("nan"), "unknown": 3, "c": 3.0})
+    panel.form.set_values({"k": None, "T": float("nan"), "unknown": 3, "c": 3.0})
     assert field(panel, "k").text() == "0.02"
     assert field(panel, "c").text() == "3"
     assert [note[:5] for note in notes(panel)] == ["k = n", "T = n"]
     assert panel.values() == dict(DEFAULTS, c=3.0)
-    panel._form.set_values(DEFAULTS)
+    panel.form.set_values(DEFAULTS)
     assert notes(panel) == []
 
 
 def test_numbers_keep_all_their_digits(panel):
-    panel._form.set_values({"k": 0.1 + 0.2})
+    panel.form.set_values({"k": 0.1 + 0.2})
     k = field(panel, "k")
     k.setFocus()
     QTest.keyClick(k, Qt.Key_Return)
@@ -180,7 +180,7 @@ def test_a_choice_is_sent_when_chosen(panel):
 
 
 def test_defaults(panel):
-    panel._form.set_values({"k": 0.5, "closure": "path"})
+    panel.form.set_values({"k": 0.5, "closure": "path"})
     type_into(field(panel, "T"), "-1")
     press(panel, "Defaults")
     assert panel.sent == [DEFAULTS]
@@ -213,11 +213,11 @@ def test_a_whole_number_being_typed_is_not_overwritten(panel):
     panel.set_parameters(OWN, {})
     horizon = field(panel, "horizon")
     type_into(horizon, "3", end=None)
-    panel._form.set_values({"horizon": 9})
+    panel.form.set_values({"horizon": 9})
     assert horizon.text() == "3"
     QTest.keyClick(horizon, Qt.Key_Return)
     assert panel.sent[-1]["horizon"] == 3
-    panel._form.set_values({"horizon": 9})
+    panel.form.set_values({"horizon": 9})
     assert horizon.text() == "9"
 
 
@@ -227,7 +227,7 @@ def test_the_wheel_changes_no_field_that_is_not_being_edited(panel):
     for name in ("horizon", "closure"):
         field(panel, "label").setFocus()
         turn_wheel(field(panel, name))
-    turn_wheel(panel._combo)
+    turn_wheel(panel.combo)
     assert panel.sent == [] and panel.chosen == []
     field(panel, "horizon").setFocus()
     turn_wheel(field(panel, "horizon"))
@@ -245,7 +245,7 @@ def test_tooltips_tell_all_and_take_nothing_for_markup(panel):
 def test_warnings_stand_beside_their_parameters(panel):
     panel.set_warnings({"k": "slow", "": "no spanning tree", "gone": "odd"})
     assert notes(panel) == ["slow", "no spanning tree\ngone: odd"]
-    k, note = field(panel, "k"), panel._form._rows["k"].note
+    k, note = field(panel, "k"), panel.form._rows["k"].note
     assert k.geometry().bottom() < note.geometry().top() < field(panel, "T").geometry().top()
     type_into(field(panel, "k"), "2")
     assert "slow" not in notes(panel), "what is wrong comes first"
@@ -278,33 +278,33 @@ def test_the_same_parameters_keep_their_fields(panel):
 
 def test_a_shipped_protocol_is_chosen(panel):
     assert panel.protocol() == "formation" and panel.chosen == []
-    panel._combo.setFocus()
-    QTest.keyClick(panel._combo, Qt.Key_Down)
+    panel.combo.setFocus()
+    QTest.keyClick(panel.combo, Qt.Key_Down)
     assert panel.chosen == ["consensus"]
     panel.set_protocol("consensus")
     panel.set_protocol("formation")
-    assert panel._combo.currentText() == "formation"
+    assert panel.combo.currentText() == "formation"
     assert panel.chosen == ["consensus"]
 
 
 def test_a_file_is_chosen_and_a_class_in_it(panel):
     asked = []
     panel.file_requested.connect(asked.append)
-    assert not panel._class.isVisible()
+    assert not panel.class_field.isVisible()
     press(panel, "File...")
     panel.take_file("/home/me/own.py")
     press(panel, "File...")
     assert asked == ["", "/home/me/"]
     assert panel.chosen == ["/home/me/own.py"]
-    assert panel._combo.currentText() == "own.py" and panel._class.isVisible()
-    type_into(panel._class, "no class")
+    assert panel.combo.currentText() == "own.py" and panel.class_field.isVisible()
+    type_into(panel.class_field, "no class")
     assert "wanted the name of a Python class" in notes(panel)[0]
-    type_into(panel._class, "Consensus")
-    panel._combo.setFocus()
+    type_into(panel.class_field, "Consensus")
+    panel.combo.setFocus()
     assert panel.chosen == ["/home/me/own.py", "/home/me/own.py:Consensus"]
     assert notes(panel) == []
-    QTest.keyClick(panel._combo, Qt.Key_Up)
-    QTest.keyClick(panel._combo, Qt.Key_Down)
+    QTest.keyClick(panel.combo, Qt.Key_Up)
+    QTest.keyClick(panel.combo, Qt.Key_Down)
     assert panel.chosen[2:] == ["consensus", "/home/me/own.py:Consensus"]
 
 
@@ -324,9 +324,9 @@ def test_a_wrong_file(panel):
 )
 def test_names_of_protocols(panel, name, shown, class_name):
     panel.set_protocol(name)
-    assert panel._combo.currentText() == shown
-    assert panel._class.isVisible() == (class_name is not None)
-    assert panel._class.text() == (class_name or "")
+    assert panel.combo.currentText() == shown
+    assert panel.class_field.isVisible() == (class_name is not None)
+    assert panel.class_field.text() == (class_name or "")
     assert panel.protocol() == name and panel.chosen == []
 
 

@@ -114,14 +114,14 @@ def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
     assert [row["result"] for row in (gap, speed, rate)] == ["passed", "FAILED", "not judged"]
     assert rate["measured"] == rate["difference"] == "\u2013"
     assert "speed limit" in rate["remark"] and verdict.row("connected")["measured"] == "holds"
-    tip = verdict._table.item(0, 0).toolTip()
+    tip = verdict.table.item(0, 0).toolTip()
     assert "at most 0.5, within 0.1" in tip and "measured: 0.75" in tip
-    assert "k T is above 2" in verdict._more.message and "1.250 m" in verdict._more.message
+    assert "k T is above 2" in verdict.more.message and "1.250 m" in verdict.more.message
 
 
 def test_results_are_tinted_as_the_theme_allows(verdict):
     def tints():
-        return [verdict._table.item(row, 2).foreground().color().lightness() for row in range(4)]
+        return [verdict.table.item(row, 2).foreground().color().lightness() for row in range(4)]
 
     assert max(tints()) < 128
     palette = QPalette(verdict.palette())
@@ -137,17 +137,17 @@ def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
     lines = QApplication.clipboard().text().split("\n")
     assert lines[0].split("\t")[:4] == ["about", "claim", "result", "predicted"]
     assert len(lines) == 5 and lines[1].split("\t")[2] == "FAILED"
-    where = verdict._table.visualItemRect(
-        verdict._table.findItems("gap [m]", Qt.MatchExactly)[0]
+    where = verdict.table.visualItemRect(
+        verdict.table.findItems("gap [m]", Qt.MatchExactly)[0]
     ).center()
-    QTest.mouseClick(verdict._table.viewport(), Qt.LeftButton, pos=where)
-    QTest.keyClick(verdict._table, Qt.Key_C, Qt.ControlModifier)
+    QTest.mouseClick(verdict.table.viewport(), Qt.LeftButton, pos=where)
+    QTest.keyClick(verdict.table, Qt.Key_C, Qt.ControlModifier)
     copied = QApplication.clipboard().text().split("\n")
     assert len(copied) == 2 and copied[1].startswith("theorem\tgap [m]\tpassed\t2\t2.05\t")
 
 
 def test_the_table_uses_the_width_that_there_is(verdict):
-    table = verdict._table
+    table = verdict.table
     for width in (500, 900):
         verdict.resize(width, 300)
         APP.processEvents()
@@ -252,7 +252,7 @@ def test_rows_are_by_question_and_of_each_failed_ones_come_first():
     panel.set_verdict(
         dict(title="", passed=False, checks=checks, final_gaps=None, min_distance=None, warnings=[])
     )
-    rows = [tuple(panel._table.text(row, column) for column in (0, 1)) for row in range(6)]
+    rows = [tuple(panel.table.text(row, column) for column in (0, 1)) for row in range(6)]
     order = ["bad", "good", "better", "none"]
     assert rows == [("theorem", name) for name in order] + [("law", "off"), ("robots", "hit")]
 

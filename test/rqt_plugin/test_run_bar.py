@@ -300,7 +300,7 @@ def settings_field(study, tab, name):
 
 @pytest.mark.parametrize(
     "tab, name, typed",
-    [(1, "k", "0.3"), (1, "seed", "5"), (0, lambda study: study.team._number, "3")],
+    [(1, "k", "0.3"), (1, "seed", "5"), (0, lambda study: study.team.number, "3")],
 )
 def test_escape_gives_up_what_is_being_typed_and_stops_nothing(study, tab, name, typed):
     study.show_scenario(scenario_from_dict(FLOCK if name == "seed" else {"poses": POSES}))
@@ -333,7 +333,7 @@ def test_the_stop_key_works_from_the_start_in_any_dock_and_behind_another_tab(ap
     window.addDockWidget(Qt.RightDockWidgetArea, dock)
     active(window, 1022, 700)
     other.setFocus()
-    study._on_tick()
+    study.tick()
     QTest.keyClick(other, Qt.Key_F8)
     assert stops(study) == 1
     dock.hide()
@@ -341,7 +341,7 @@ def test_the_stop_key_works_from_the_start_in_any_dock_and_behind_another_tab(ap
     assert stops(study) == 1
     dock.show()
     dock.setFloating(True)
-    study._on_tick()
+    study.tick()
     QTest.keyClick(other, Qt.Key_F8)
     assert stops(study) == 1
     study.close_study()
@@ -360,7 +360,7 @@ def test_while_the_emergency_stop_is_latched_a_red_bar_says_how_to_release_it(st
     assert strip.pixelColor(4, strip.height() // 2).name() == "#c00000"
     QTest.keyClick(study, Qt.Key_F8)  # never releases
     assert stops(study) == 1
-    study._on_tick()
+    study.tick()
     assert not study.banners.isVisible()
 
 
@@ -484,17 +484,17 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     moved = study.team.poses()[0, 0]
     assert moved > 0.9 and reported(1.1, 0.1) == moved
     QTest.mouseRelease(view, Qt.LeftButton, Qt.NoModifier, places[-1])
-    study._on_tick()
+    study.tick()
     assert study.connection.set_team.call_args[0][0][0, 0] == moved
     assert reported(1.2, 0.1) == moved
     study.connection.take_results.return_value = [("set_team", False, "no room")]
-    study._on_tick()
+    study.tick()
     assert reported(1.3, 0.1) == 0.1  # where it is, whatever was wanted
 
 
 def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(study):
     def theory():
-        study._on_tick()
+        study.tick()
         return study.curves.source.theory
 
     assert wait_until(theory)

@@ -347,7 +347,7 @@ def test_what_if_is_asked_of_a_moment_of_a_replay_and_kept(at_window, tmp_path):
     person.tab("error")
     person.until(lambda: "What if" in {curve.name for curve in study.curves._data()[0]})
     wait_drawn(study.curves)
-    assert study.curves._plot.axes.get_yscale() == "log"
+    assert study.curves.plot.axes.get_yscale() == "log"
     person.picture("ghosts")
     person.click(person.button("Keep as run"))
     person.until(lambda: bar.text.text().startswith("Kept as"))
@@ -477,7 +477,7 @@ def on_curve(person, number):
     curves = person.study.curves
     (curve,) = [each for each in curves._data()[0] if each.robot == number]
     at = int(0.9 * len(curve.time))
-    x, y = curves._plot.axes.transData.transform((curve.time[at], curve.values[at]))
+    x, y = curves.plot.axes.transData.transform((curve.time[at], curve.values[at]))
     person.click(curves.canvas, QPoint(int(x), int(curves.canvas.height() - y)))
 
 
@@ -506,7 +506,7 @@ def in_space(person, number):
 def picked_out(study):
     """Return which robots map, 3D view, curves and table pick out."""
     bold = [c.robot for c in study.curves._data()[0] if "zorder" in c.style] or [0]
-    rows = study.team._table.selectionModel().selectedRows()
+    rows = study.team.table.selectionModel().selectedRows()
     chosen = study.map.scene().chosen
     parts = study.map.selected, 0 if chosen is None else chosen + 1, study.sensors.number
     return {*parts, *bold, *([row.row() + 1 for row in rows] or [0])}

@@ -43,16 +43,16 @@ def panel():
 
 def go_to(panel, robot, column=1):
     """Click the cell of ``robot`` in ``column``."""
-    index = panel._model.index(robot - 1, column)
-    panel._table.scrollTo(index)
-    where = panel._table.visualRect(index).center()
-    QTest.mouseClick(panel._table.viewport(), Qt.LeftButton, pos=where)
+    index = panel.model.index(robot - 1, column)
+    panel.table.scrollTo(index)
+    where = panel.table.visualRect(index).center()
+    QTest.mouseClick(panel.table.viewport(), Qt.LeftButton, pos=where)
 
 
 def edit(panel, robot, column, text, end=Qt.Key_Return):
     """Type ``text`` into a cell."""
     go_to(panel, robot, column)
-    QTest.keyClick(panel._table, Qt.Key_F2)
+    QTest.keyClick(panel.table, Qt.Key_F2)
     editor = QApplication.focusWidget()
     editor.selectAll()
     QTest.keyClicks(editor, text)
@@ -64,15 +64,15 @@ def paste(panel, robot, text):
     """Paste ``text`` at ``robot``."""
     go_to(panel, robot)
     QApplication.clipboard().setText(text)
-    QTest.keyClick(panel._table, Qt.Key_V, Qt.ControlModifier)
+    QTest.keyClick(panel.table, Qt.Key_V, Qt.ControlModifier)
 
 
 def set_number(panel, n):
     """Type the number of robots."""
-    panel._number.setFocus()
-    panel._number.selectAll()
-    QTest.keyClicks(panel._number, str(n))
-    QTest.keyClick(panel._number, Qt.Key_Return)
+    panel.number.setFocus()
+    panel.number.selectAll()
+    QTest.keyClicks(panel.number, str(n))
+    QTest.keyClick(panel.number, Qt.Key_Return)
 
 
 def press(panel, text):
@@ -83,15 +83,15 @@ def press(panel, text):
 
 def texts(panel, robot):
     """Return the texts of a row."""
-    columns = range(panel._model.columnCount())
-    return [panel._model.index(robot - 1, column).data() for column in columns]
+    columns = range(panel.model.columnCount())
+    return [panel.model.index(robot - 1, column).data() for column in columns]
 
 
 def test_more_robots_than_the_window_edits_are_refused_and_not_cut_off(panel):
     before = len(panel.kinds())
     set_number(panel, 1001)
-    assert len(panel.kinds()) == before and panel._number.value() == before
-    assert panel._message.message == "1001 robots: the window edits at most 1000"
+    assert len(panel.kinds()) == before and panel.number.value() == before
+    assert panel.message.message == "1001 robots: the window edits at most 1000"
 
 
 def test_rows_follow_the_number(panel):
@@ -101,7 +101,7 @@ def test_rows_follow_the_number(panel):
     assert panel.poses().shape == (12, 3) and panel.kinds() == KINDS[:1] * 12
     np.testing.assert_array_equal(panel.poses()[:4], before)
     assert panel.overlapping == set()
-    assert panel._model.rowCount() == 12
+    assert panel.model.rowCount() == 12
     set_number(panel, 3)
     assert len(panel.changes) == 2
     np.testing.assert_array_equal(panel.poses(), before[:3])
@@ -120,8 +120,8 @@ def test_without_room_the_number_returns(panel, monkeypatch):
     monkeypatch.setattr(team_panel, "ROOM", (0.1, 0.0))
     panel.set_team([[0.0, 0.0, 0.0]], KINDS[:1])
     set_number(panel, 5)
-    assert "no room for robot 2 of 5" in panel._message.message
-    assert panel._number.value() == 1 and len(panel.poses()) == 1 and panel.changes == []
+    assert "no room for robot 2 of 5" in panel.message.message
+    assert panel.number.value() == 1 and len(panel.poses()) == 1 and panel.changes == []
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_a_cell_is_edited(panel, column, text, value):
     wanted[1, column - 1] = value
     edit(panel, 2, column, text)
     np.testing.assert_allclose(panel.poses(), wanted, rtol=0, atol=1e-15)
-    assert len(panel.changes) == 1 and panel._message.message == ""
+    assert len(panel.changes) == 1 and panel.message.message == ""
 
 
 @pytest.mark.parametrize("text", ["abc", "nan", "inf", "1e7", "1,5", "x" * 200])
@@ -141,13 +141,13 @@ def test_what_is_no_position_is_refused(panel, text):
     before = panel.poses()
     edit(panel, 2, 1, text)
     np.testing.assert_array_equal(panel.poses(), before)
-    message = panel._message.message
+    message = panel.message.message
     assert message.startswith("robot2, x [m]: '" + text[:20]) and "wanted a number" in message
     assert len(message) < 100
     assert panel.changes == []
     assert texts(panel, 2)[1] == "1"
     edit(panel, 2, 1, "1.5")
-    assert panel._message.message == ""
+    assert panel.message.message == ""
 
 
 def test_opening_a_cell_changes_nothing(panel):
@@ -155,7 +155,7 @@ def test_opening_a_cell_changes_nothing(panel):
     before = panel.poses()
     for column in (1, 3):
         go_to(panel, 2, column)
-        QTest.keyClick(panel._table, Qt.Key_F2)
+        QTest.keyClick(panel.table, Qt.Key_F2)
         QTest.keyClick(QApplication.focusWidget(), Qt.Key_Return)
         APP.processEvents()
     np.testing.assert_array_equal(panel.poses(), before)
@@ -183,7 +183,7 @@ def test_paste_from_a_spreadsheet(panel):
 
 def test_paste_grows_the_team(panel):
     paste(panel, 1, "\n".join("{},{}".format(2 * i, 1) for i in range(7)))
-    assert len(panel.poses()) == 7 and panel._number.value() == 7
+    assert len(panel.poses()) == 7 and panel.number.value() == 7
     np.testing.assert_array_equal(panel.poses()[6], [12.0, 1.0, 0.0])
     assert panel.kinds() == KINDS[:1] * 7
     assert len(panel.changes) == 1
@@ -206,7 +206,7 @@ def test_paste_grows_the_team(panel):
 def test_a_paste_is_taken_whole_or_not_at_all(panel, robot, text, message):
     before = panel.poses()
     paste(panel, robot, text)
-    assert message in panel._message.message
+    assert message in panel.message.message
     np.testing.assert_array_equal(panel.poses(), before)
     assert panel.changes == []
 
@@ -215,8 +215,8 @@ def test_copy_and_paste_keep_the_poses(panel):
     poses = make_layout("random", 4, seed=3)
     panel.set_team(poses, KINDS[:1] * 4)
     go_to(panel, 1)
-    QTest.keyClick(panel._table, Qt.Key_A, Qt.ControlModifier)
-    QTest.keyClick(panel._table, Qt.Key_C, Qt.ControlModifier)
+    QTest.keyClick(panel.table, Qt.Key_A, Qt.ControlModifier)
+    QTest.keyClick(panel.table, Qt.Key_C, Qt.ControlModifier)
     text = QApplication.clipboard().text()
     assert len(text.splitlines()) == 4 and all(len(r.split("\t")) == 3 for r in text.splitlines())
     panel.set_team(np.zeros((1, 3)), KINDS[:1])
@@ -226,12 +226,12 @@ def test_copy_and_paste_keep_the_poses(panel):
 
 def test_copy_takes_the_selected_rows(panel):
     go_to(panel, 3)
-    QTest.keyClick(panel._table, Qt.Key_C, Qt.ControlModifier)
+    QTest.keyClick(panel.table, Qt.Key_C, Qt.ControlModifier)
     assert QApplication.clipboard().text() == "-1\t0\t0"
 
 
 def test_copy_and_paste_from_the_menu(panel):
-    copy, paste_here = panel._table.actions()
+    copy, paste_here = panel.table.actions()
     go_to(panel, 1)
     copy.trigger()
     assert QApplication.clipboard().text() == "3\t0\t0"
@@ -246,12 +246,12 @@ def test_numbers_that_are_none_can_be_shown(panel):
 
 
 def test_layouts(panel):
-    names = [panel._layouts._names.itemText(i) for i in range(panel._layouts._names.count())]
+    names = [panel.layouts.names.itemText(i) for i in range(panel.layouts.names.count())]
     assert names == ["line", "circle", "grid", "random"]
     for name in names[1:]:
-        panel._layouts._names.setFocus()
-        QTest.keyClick(panel._layouts._names, Qt.Key_Down)
-        assert panel._layouts._names.currentText() == name
+        panel.layouts.names.setFocus()
+        QTest.keyClick(panel.layouts.names, Qt.Key_Down)
+        assert panel.layouts.names.currentText() == name
         press(panel, "Apply")
         np.testing.assert_array_equal(panel.poses(), make_layout(name, 4))
     assert len(panel.changes) == 3
@@ -260,15 +260,15 @@ def test_layouts(panel):
 
 
 def test_a_layouts_parameters(panel):
-    panel._layouts._names.setCurrentText("random")
+    panel.layouts.names.setCurrentText("random")
     for name, text in (("size", "1e2"), ("seed", "7")):
-        (field,) = [f for f in panel._layouts._form.children() if f.objectName() == name]
+        (field,) = [f for f in panel.layouts.form.children() if f.objectName() == name]
         field.setFocus()
         field.selectAll()
         QTest.keyClicks(field, text)
     press(panel, "Apply")
     np.testing.assert_array_equal(panel.poses(), make_layout("random", 4, seed=7, size=100.0))
-    (size,) = [f for f in panel._layouts._form.children() if f.objectName() == "size"]
+    (size,) = [f for f in panel.layouts.form.children() if f.objectName() == "size"]
     size.setFocus()
     size.selectAll()
     QTest.keyClicks(size, "-1")
@@ -278,34 +278,34 @@ def test_a_layouts_parameters(panel):
     size.selectAll()
     QTest.keyClicks(size, "0.1")
     press(panel, "Apply")
-    assert "no room" in panel._message.message and len(panel.changes) == 1
-    panel._layouts._names.setCurrentText("line")
-    panel._layouts._names.setCurrentText("random")
-    assert panel._layouts._form.values() == {"min_distance": 1.5, "size": 0.1, "seed": 7}
+    assert "no room" in panel.message.message and len(panel.changes) == 1
+    panel.layouts.names.setCurrentText("line")
+    panel.layouts.names.setCurrentText("random")
+    assert panel.layouts.form.values() == {"min_distance": 1.5, "size": 0.1, "seed": 7}
 
 
 def test_overlaps_are_marked_and_named(panel):
     edit(panel, 3, 1, "1.1")
     assert panel.overlapping == {2, 3}
-    assert panel._overlaps.message == "robot2 and robot3 overlap"
-    model = panel._model
+    assert panel.overlaps.message == "robot2 and robot3 overlap"
+    model = panel.model
     assert model.index(1, 0).data(Qt.ToolTipRole) == "robot2 overlaps robot3"
     assert model.index(2, 2).data(Qt.ToolTipRole) == "robot3 overlaps robot2"
     red = model.index(2, 1).data(Qt.BackgroundRole).color()
     assert red.red() > 2 * red.green()
     assert model.index(0, 1).data(Qt.BackgroundRole) is None
     edit(panel, 3, 1, "-1")
-    assert panel.overlapping == set() and panel._overlaps.message == ""
-    assert not panel._overlaps.isVisible()
+    assert panel.overlapping == set() and panel.overlaps.message == ""
+    assert not panel.overlaps.isVisible()
 
 
 def test_many_overlaps_stay_readable(panel):
     panel.set_team(np.zeros((200, 3)), KINDS[:1] * 200)
     assert panel.overlapping == set(range(1, 201))
-    assert panel._overlaps.message == (
+    assert panel.overlaps.message == (
         "robot1 and robot2, robot1 and robot3, robot1 and robot4 overlap, and 19897 more pairs"
     )
-    tip = panel._model.index(0, 0).data(Qt.ToolTipRole)
+    tip = panel.model.index(0, 0).data(Qt.ToolTipRole)
     assert tip.endswith("and robot7 and 193 more")
 
 
@@ -327,14 +327,14 @@ def test_set_team_sends_nothing_and_keeps_its_own_copy(panel):
     poses[:] = 7.0
     panel.poses()[:] = 8.0
     np.testing.assert_array_equal(panel.poses(), make_layout("grid", 9))
-    assert panel._number.value() == 9 and panel.changes == []
+    assert panel.number.value() == 9 and panel.changes == []
     with pytest.raises(ValueError, match="wanted as many kinds as poses"):
         panel.set_team(poses, KINDS[:1])
 
 
 def test_a_team_larger_than_the_box_allows_is_shown_whole(panel):
     panel.set_team(make_layout("grid", 300), KINDS[:1] * 300)
-    assert panel._number.value() == 300 and len(panel.poses()) == 300 and panel.changes == []
+    assert panel.number.value() == 300 and len(panel.poses()) == 300 and panel.changes == []
     panel.set_team(np.empty((0, 3)), ())
     assert panel.poses().shape == (0, 3) and panel.overlapping == set()
     set_number(panel, 2)
@@ -346,14 +346,14 @@ def test_nothing_changes_while_not_editable(panel):
     panel.set_editable(False)
     paste(panel, 1, "5,5")
     go_to(panel, 1)
-    QTest.keyClick(panel._table, Qt.Key_F2)
-    QTest.keyClicks(panel._table, "5")
-    assert panel._table.state() != QAbstractItemView.EditingState
+    QTest.keyClick(panel.table, Qt.Key_F2)
+    QTest.keyClicks(panel.table, "5")
+    assert panel.table.state() != QAbstractItemView.EditingState
     press(panel, "Apply")
     set_number(panel, 9)
     np.testing.assert_array_equal(panel.poses(), before)
     assert panel.changes == []
-    QTest.keyClick(panel._table, Qt.Key_C, Qt.ControlModifier)
+    QTest.keyClick(panel.table, Qt.Key_C, Qt.ControlModifier)
     assert QApplication.clipboard().text() == "3\t0\t0"
     panel.set_editable(True)
     edit(panel, 1, 1, "4")
@@ -370,30 +370,30 @@ def test_scenario_buttons_only_ask(panel):
 
 
 def choose_kind(panel, name):
-    index = panel._kind.findData(name)
-    panel._kind.setCurrentIndex(index)
-    panel._kind.activated.emit(index)
+    index = panel.kind.findData(name)
+    panel.kind.setCurrentIndex(index)
+    panel.kind.activated.emit(index)
 
 
 def test_a_kind_is_chosen_for_all_for_a_group_and_for_a_row(panel):
     choose_kind(panel, "robotino3")
-    assert panel.kinds() == ("robotino3",) * 4 and panel._model.columnCount() == 4
-    panel._table.selectRow(2)
+    assert panel.kinds() == ("robotino3",) * 4 and panel.model.columnCount() == 4
+    panel.table.selectRow(2)
     choose_kind(panel, "husky")
     assert panel.kinds() == ("robotino3", "robotino3", "husky", "robotino3")
-    assert panel._model.columnCount() == 5 and len(panel.changes) == 2
-    panel._table.clearSelection()
-    assert panel._kind.currentText() == "several kinds"
+    assert panel.model.columnCount() == 5 and len(panel.changes) == 2
+    panel.table.clearSelection()
+    assert panel.kind.currentText() == "several kinds"
     go_to(panel, 1, 4)
-    QTest.keyClick(panel._table, Qt.Key_F2)
-    (editor,) = panel._table.viewport().findChildren(QComboBox)
+    QTest.keyClick(panel.table, Qt.Key_F2)
+    (editor,) = panel.table.viewport().findChildren(QComboBox)
     assert set(KINDS) <= {editor.itemText(place) for place in range(editor.count())}
     editor.setCurrentText("epuck")
-    panel._table.setFocus()
+    panel.table.setFocus()
     assert panel.kinds() == ("epuck", "robotino3", "husky", "robotino3")
-    panel._table.clearSelection()
+    panel.table.clearSelection()
     choose_kind(panel, KINDS[0])
-    assert panel.kinds() == KINDS[:1] * 4 and panel._model.columnCount() == 4
+    assert panel.kinds() == KINDS[:1] * 4 and panel.model.columnCount() == 4
     choose_kind(panel, KINDS[0])  # nothing new
     assert len(panel.changes) == 4
 
@@ -417,19 +417,19 @@ def test_a_kind_in_a_file_is_offered_by_its_short_name_and_stays_offered(panel, 
     own.write_text("base: husky")
     panel.set_team([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], (str(own), "husky"))
     assert [texts(panel, robot)[4] for robot in (1, 2)] == ["mine.yaml", "husky"]
-    panel._kind.setCurrentIndex(panel._kind.findData("epuck"))
-    panel._kind.activated.emit(panel._kind.currentIndex())
-    assert panel.kinds() == ("epuck", "epuck") and panel._kind.findData(str(own)) >= 0
+    panel.kind.setCurrentIndex(panel.kind.findData("epuck"))
+    panel.kind.activated.emit(panel.kind.currentIndex())
+    assert panel.kinds() == ("epuck", "epuck") and panel.kind.findData(str(own)) >= 0
     panel.set_team([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], ("epuck", "husky"))
-    index = panel._model.index(1, 4)
-    editor = panel._table.itemDelegateForColumn(4).createEditor(panel._table, None, index)
+    index = panel.model.index(1, 4)
+    editor = panel.table.itemDelegateForColumn(4).createEditor(panel.table, None, index)
     editor.setCurrentText("mine.yaml")
-    panel._table.itemDelegateForColumn(4).setModelData(editor, panel._model, index)
+    panel.table.itemDelegateForColumn(4).setModelData(editor, panel.model, index)
     assert panel.kinds() == ("epuck", str(own))
 
 
 def test_one_kind_needs_no_column(panel):
-    assert panel._model.columnCount() == 4
+    assert panel.model.columnCount() == 4
 
 
 @pytest.mark.parametrize("poses", [make_layout("grid", 200), make_layout("circle", 200)])
@@ -451,7 +451,7 @@ def test_every_text_of_the_table_is_whole_where_robots_are_of_several_kinds(pane
     panel.resize(width, 640)
     poses = make_layout("random", n, seed=1, min_distance=1.0, size=30.0)
     panel.set_team(poses, (MIXED * n)[:n])
-    table, model = panel._table, panel._model
+    table, model = panel.table, panel.model
     columns = range(model.columnCount())
     metrics, sizes = table.fontMetrics(), [table.columnWidth(column) for column in columns]
     assert len(sizes) == 5 and sum(sizes) <= table.viewport().width()
@@ -466,7 +466,7 @@ def test_where_there_is_no_room_the_table_scrolls_rather_than_cut_off_what_it_sa
     panel.set_team(make_layout("random", 7, seed=1, size=30.0), (MIXED * 2)[:7])
     before = panel.poses()
     panel.resize(200, 640)
-    table = panel._table
+    table = panel.table
     assert table.horizontalScrollBar().maximum() > 0
     advance = table.fontMetrics().horizontalAdvance("turtlebot3_burger")
     assert table.columnWidth(4) > advance and texts(panel, 1)[4] == "pioneer3dx"
@@ -474,12 +474,12 @@ def test_where_there_is_no_room_the_table_scrolls_rather_than_cut_off_what_it_sa
 
 
 def test_the_panel_fits_a_narrow_column(panel):
-    panel._layouts._names.setCurrentText("random")
+    panel.layouts.names.setCurrentText("random")
     panel.set_team(make_layout("grid", 200), KINDS[:1] * 200)
     assert panel.minimumSizeHint().width() <= 360
-    table = panel._table
-    for column in range(panel._model.columnCount()):
-        lines = panel._model.headerData(column, Qt.Horizontal).splitlines() + ["-123456"]
+    table = panel.table
+    for column in range(panel.model.columnCount()):
+        lines = panel.model.headerData(column, Qt.Horizontal).splitlines() + ["-123456"]
         if column == 0:
             lines = lines[:1]
         needed = max(table.fontMetrics().horizontalAdvance(line) for line in lines)
@@ -491,9 +491,9 @@ def test_kinds_of_the_scenarios_own_are_shown_and_offered(panel):
     panel.set_kinds(lambda name: kind(name, own=own), own)
     panel.set_team([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], ("epuck", "wide"))
     assert panel.overlapping == {1, 2}
-    place = panel._kind.findData("wide")
-    assert place >= 0 and panel._kind.itemData(place, Qt.ToolTipRole) == "A wide one"
-    assert "wide" in panel._model.kind_choices
+    place = panel.kind.findData("wide")
+    assert place >= 0 and panel.kind.itemData(place, Qt.ToolTipRole) == "A wide one"
+    assert "wide" in panel.model.kind_choices
 
 
 def test_the_height_of_those_who_fly_is_set_for_all_or_for_those_selected(panel):
@@ -507,8 +507,8 @@ def test_the_height_of_those_who_fly_is_set_for_all_or_for_those_selected(panel)
     go_to(panel, 2)
     panel._altitude.setValue(0.5)
     assert panel.altitude().tolist() == [1.5, 0.5, 0.0] and len(panel.changes) == 2
-    panel._number.setValue(2)
-    panel._number.setValue(4)
+    panel.number.setValue(2)
+    panel.number.setValue(4)
     assert panel.altitude().tolist() == [1.5, 0.5, 0.5, 0.5]
     edit(panel, 1, 1, "-3")
     assert panel.altitude().tolist() == [1.5, 0.5, 0.5, 0.5]
@@ -523,19 +523,19 @@ def test_robots_above_each_other_do_not_overlap(panel):
 
 def test_a_team_that_is_locked_says_why_in_a_line_and_in_tooltips(panel):
     panel.set_editable(False, "stop it: press End")
-    assert panel._locked.isVisible() and panel._locked.message == "Stop it: press End"
-    assert "Not now: stop it: press End" in panel._table.toolTip()
+    assert panel.locked.isVisible() and panel.locked.message == "Stop it: press End"
+    assert "Not now: stop it: press End" in panel.table.toolTip()
     panel.set_editable(True)
-    assert not panel._locked.isVisible() and panel._table.toolTip() == ""
+    assert not panel.locked.isVisible() and panel.table.toolTip() == ""
 
 
 def menu_of(panel):
     """Open the table's menu; return its entries by text."""
-    place = panel._table.rect().center()
+    place = panel.table.rect().center()
     QApplication.sendEvent(
-        panel._table.viewport(), QContextMenuEvent(QContextMenuEvent.Mouse, place)
+        panel.table.viewport(), QContextMenuEvent(QContextMenuEvent.Mouse, place)
     )
-    return {entry.text().split("\t")[0]: entry for entry in panel._table.menu.actions()}
+    return {entry.text().split("\t")[0]: entry for entry in panel.table.menu.actions()}
 
 
 def test_the_tables_menu_copies_selects_arranges_and_follows(panel):
@@ -555,4 +555,4 @@ def test_the_tables_menu_copies_selects_arranges_and_follows(panel):
     panel.set_editable(False, "locked")
     entries = menu_of(panel)
     assert not entries["Align: same y"].isEnabled() and not entries["Paste"].isEnabled()
-    panel._table.menu.close()
+    panel.table.menu.close()

@@ -33,7 +33,7 @@ def click(panel, text):
 
 
 def test_a_preset_gives_lambda_2_beside_the_predicted_time(panel):
-    panel._preset.setCurrentText("path")
+    panel.preset.setCurrentText("path")
     click(panel, "Make")
     edges, directed = panel.changes[-1]
     assert [edge[:2] for edge in edges] == [(1, 2), (2, 3), (3, 4)] and not directed
@@ -46,24 +46,24 @@ def test_a_preset_gives_lambda_2_beside_the_predicted_time(panel):
 
 
 def test_presets_of_places_and_of_chance(panel):
-    panel._preset.setCurrentText("k_nearest")
-    panel._amount.setValue(1.0)
+    panel.preset.setCurrentText("k_nearest")
+    panel.amount.setValue(1.0)
     click(panel, "Make")
     assert [edge[:2] for edge in panel.changes[-1][0]] == [(1, 2), (2, 1), (3, 2), (4, 3)]
-    panel._preset.setCurrentText("erdos_renyi")
-    assert panel._seed.isVisible() and panel._amount.value() == 0.3
-    panel._amount.setValue(1.0)
+    panel.preset.setCurrentText("erdos_renyi")
+    assert panel.seed.isVisible() and panel.amount.value() == 0.3
+    panel.amount.setValue(1.0)
     click(panel, "Make")
     assert len(panel.changes[-1][0]) == 12 and panel.changes[-1][1]  # directed, as before
-    panel._preset.setCurrentText("path")
-    assert not panel._seed.isVisible() and not panel._amount.isVisible()
+    panel.preset.setCurrentText("path")
+    assert not panel.seed.isVisible() and not panel.amount.isVisible()
 
 
 def test_a_preset_that_cannot_be_is_said(panel):
-    panel._preset.setCurrentText("k_nearest")
-    panel._amount.setValue(9.0)
+    panel.preset.setCurrentText("k_nearest")
+    panel.amount.setValue(9.0)
     click(panel, "Make")
-    assert not panel.changes and "9" in panel._message.text()
+    assert not panel.changes and "9" in panel.message.text()
 
 
 def test_edges_are_added_removed_and_checked(panel):
@@ -73,7 +73,7 @@ def test_edges_are_added_removed_and_checked(panel):
     panel.add_edge(3, 4)
     assert panel.figure("tree") == "yes"
     panel.add_edge(3, 4)  # twice: refused, and said
-    assert len(panel.edges()) == 3 and "given twice" in panel._message.text()
+    assert len(panel.edges()) == 3 and "given twice" in panel.message.text()
     panel.remove_edge(2, 3)
     assert panel.edges() == [(1, 2, 1.0), (3, 4, 1.0)]
     assert len(panel.changes) == 4
@@ -81,20 +81,20 @@ def test_edges_are_added_removed_and_checked(panel):
 
 def test_a_weight_typed_into_the_table_counts(panel):
     panel.add_edge(1, 2)
-    panel._table.item(0, 2).setText("2.5")
+    panel.table.item(0, 2).setText("2.5")
     assert panel.changes[-1][0] == [(1, 2, 2.5)]
-    panel._table.item(0, 2).setText("-1")
-    assert panel.edges() == [(1, 2, 2.5)] and "above 0" in panel._message.text()
-    panel._table.item(0, 1).setText("two")
-    assert panel.edges() == [(1, 2, 2.5)] and "'two'" in panel._message.text()
+    panel.table.item(0, 2).setText("-1")
+    assert panel.edges() == [(1, 2, 2.5)] and "above 0" in panel.message.text()
+    panel.table.item(0, 1).setText("two")
+    assert panel.edges() == [(1, 2, 2.5)] and "'two'" in panel.message.text()
 
 
 def test_random_is_connected_and_proximity_is_by_distance(panel):
-    panel._preset.setCurrentText("random")
+    panel.preset.setCurrentText("random")
     click(panel, "Make")
     assert panel.figure("tree") == "yes"
-    panel._preset.setCurrentText("proximity")
-    panel._amount.setValue(1.5)
+    panel.preset.setCurrentText("proximity")
+    panel.amount.setValue(1.5)
     click(panel, "Make")
     assert [edge[:2] for edge in panel.edges()] == [(1, 2), (2, 3)]
     assert panel.figure("tree") == "no" and panel.figure("lambda") == "0"
@@ -109,6 +109,6 @@ def test_a_smaller_team_loses_the_edges_of_those_that_go(panel):
 
 def test_undirected_takes_one_of_two_opposite_edges(panel):
     panel.set_topology([(1, 2, 1.0), (2, 1, 1.0), (2, 3, 1.0)], True)
-    QTest.mouseClick(panel._as_directed, Qt.LeftButton, pos=panel._as_directed.rect().center())
-    panel._as_directed.setChecked(False)
+    QTest.mouseClick(panel.as_directed, Qt.LeftButton, pos=panel.as_directed.rect().center())
+    panel.as_directed.setChecked(False)
     assert panel.edges() == [(1, 2, 1.0), (2, 3, 1.0)] and not panel.directed()

@@ -87,7 +87,7 @@ def test_the_whole_team_stays_in_view_until_the_mouse_says_otherwise(shown):
     team, panel = shown
     far = POSES + (30.0, 20.0, 0.0) * np.array([[0.0], [0.0], [1.0]])
     team.show_snapshot(snapshot(1.0, far))
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     at = np.array([place_on_screen(panel, row) for row in range(3)])
     size = np.array([panel.canvas.width(), panel.canvas.height()])
@@ -99,7 +99,7 @@ def test_the_whole_team_stays_in_view_until_the_mouse_says_otherwise(shown):
     wheel(panel.canvas, 120)
     assert panel.canvas.camera.distance < before.distance
     team.show_snapshot(snapshot(2.0, far + (300.0, 0.0, 0.0)))
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     assert panel.canvas.camera.target == pytest.approx(before.target)
     QTest.keyClick(panel, Qt.Key_F)
@@ -132,12 +132,12 @@ def test_an_untouched_view_comes_nearer_to_a_team_that_draws_together(shown):
     team, panel = shown
     wide = POSES * (5.0, 5.0, 1.0)
     team.show_team(wide)
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     before, middle = panel.canvas.camera, wide.mean(axis=0) * (1.0, 1.0, 0.0)
     for share, is_nearer in ((0.9, False), (0.2, True)):
         team.show_snapshot(snapshot(2.0 - share, middle + share * (wide - middle)))
-        panel._next = 0.0
+        panel.next = 0.0
         panel.refresh()
         assert (panel.canvas.camera.distance < 0.6 * before.distance) == is_nearer
 
@@ -148,7 +148,7 @@ def test_a_robot_is_followed(shown):
     panel.followed.activated.emit(3)
     assert panel.canvas.camera.target == pytest.approx((4.0, 1.0, 0.0))
     team.show_snapshot(snapshot(1.0, POSES + (0.0, 5.0, 0.0)))
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     assert panel.canvas.camera.target == pytest.approx((4.0, 6.0, 0.0))
 
@@ -156,21 +156,21 @@ def test_a_robot_is_followed(shown):
 def test_nothing_is_drawn_while_it_is_hidden_or_nothing_changes(shown):
     team, panel = shown
     shown_before = panel._shown
-    assert panel._timer.isActive()
+    assert panel.timer.isActive()
     panel.refresh()
     assert panel._shown == shown_before
     panel.hide()
-    assert not panel._timer.isActive()
+    assert not panel.timer.isActive()
 
 
 def test_no_robots_and_robots_unknown_are_no_trouble(shown):
     team, panel = shown
     team.show_team(np.zeros((0, 3)))
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     panel.grab()
     team.show_snapshot(snapshot(1.0, np.full((2, 3), np.nan)))
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     panel.grab()
     assert panel.canvas.scene.state.robots == (1, 2)
@@ -201,7 +201,7 @@ def test_compared_runs_and_theorys_paths_are_ghosts_of_the_3d_view(shown):
     assert np.allclose(compared.place[:, 1], POSES[:, 1] + 3.0) and len(compared.paths) == 3
     assert theory.ringed and not theory.kinds and len(theory.paths) == 2  # of two it knows
     assert np.allclose(theory.paths[1][-1], (6.0, 3.0, 0.0))
-    panel._next = 0.0
+    panel.next = 0.0
     panel.refresh()
     panel.grab()
     team.set_shown("trails", False)

@@ -78,8 +78,8 @@ def test_a_robot_that_is_dragged_stays_where_it_is_and_its_ghost_goes_on(study):
 def error_curves(study):
     """Return the error curves shown, by name."""
     panel = study.curves
-    tabs = [panel._tabs.tabData(place) for place in range(panel._tabs.count())]
-    panel._tabs.setCurrentIndex(tabs.index(ERROR))
+    tabs = [panel.tabs.tabData(place) for place in range(panel.tabs.count())]
+    panel.tabs.setCurrentIndex(tabs.index(ERROR))
     return {curve.name: curve for curve in panel._data()[0]}
 
 
@@ -88,7 +88,7 @@ def test_the_error_of_a_look_ahead_is_a_dashed_curve_until_it_is_cleared(study):
     looked(study)
     curve = error_curves(study)["What if"]
     assert curve.time.tolist() == [0.0, 1.0, 2.0] and curve.values.tolist() == [3.0, 2.0, 0.125]
-    assert curve.style["ls"] not in ("-", study.curves._plot.error_styles()[1]["ls"])
+    assert curve.style["ls"] not in ("-", study.curves.plot.error_styles()[1]["ls"])
     assert study.curves._time_limits()[1] >= 2.0
     study.map_panel.ahead.clear_button.click()
     assert "What if" not in error_curves(study)

@@ -88,7 +88,7 @@ def test_a_picture_of_the_curves_is_a_papers_whatever_theme_and_size_the_window_
     study.curves.setPalette(palette)
     study.results_tabs.setCurrentWidget(study.curves)
     QTest.qWait(100)
-    shown_plot, path = study.curves._plot, tmp_path / "picture.png"
+    shown_plot, path = study.curves.plot, tmp_path / "picture.png"
     for _ in range(2):  # the same curves are the same bytes
         study.curves.save_picture(str(path))
         data = path.read_bytes()
@@ -97,7 +97,7 @@ def test_a_picture_of_the_curves_is_a_papers_whatever_theme_and_size_the_window_
     image = np.asarray(Image.open(str(path)).convert("RGB"))
     assert image.shape == (680, 1300, 3)  # 6.5 x 3.4 in of 200 pixels
     assert (image[[0, 0, -1, -1], [0, -1, 0, -1]] == 255).all()
-    assert study.curves._plot is shown_plot and shown_plot.figure.canvas is study.curves.canvas
+    assert study.curves.plot is shown_plot and shown_plot.figure.canvas is study.curves.canvas
     assert shown_plot.figure.get_facecolor()[0] < 0.3
 
 
@@ -196,7 +196,7 @@ def test_a_line_says_where_a_picture_is_and_opens_its_folder(study, tmp_path, mo
     study.saved.linkActivated.emit("folder")
     assert asked == [str(folder)]
     assert ("no program opens folders" in study.messages.toPlainText()) == (not opens)
-    study._on_tick()
+    study.tick()
     assert study.saved.isVisible()
     study.bar.asked.emit("reset")
     assert not study.saved.isVisible()

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.arrays import are_near
 from mrs_simulator.core.spatial import about_z, rotations
 from mrs_simulator.pictures import ground, robots, signs
 from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, scene_arms
@@ -152,10 +153,8 @@ def _corners(obstacles):
 
 def _near(around, points):
     """Return those of ``around`` (k, 3) [m] that are near to the box about ``points`` (m, 3)."""
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    reach = max(LEAST_NEAR, NEAR_TEAM * np.max(high - low))
-    near = (around[:, :2] >= low - reach) & (around[:, :2] <= high + reach)
-    return around[near.all(axis=1)]
+    least = LEAST_NEAR / NEAR_TEAM
+    return around[are_near(around[:, :2], points[:, :2], NEAR_TEAM, least)]
 
 
 def _above(scene, arms):

@@ -104,8 +104,8 @@ class StudyWidget(StudyPanels):
         self.start = Start(self, self.files, self.shelf_control)
         self.edits = UnsavedEdits(autosave, self, self.study, self.files, self._restored)
         self._start_timer(FRAME, self._on_frame)
-        self._start_timer(TICK, self._on_tick)
-        self._on_tick()
+        self._start_timer(TICK, self.tick)
+        self.tick()
 
     def _start_timer(self, period, slot):
         timer = QTimer(self)
@@ -222,7 +222,8 @@ class StudyWidget(StudyPanels):
         self.comparison_control.show_frame()
 
     @guarded
-    def _on_tick(self):
+    def tick(self):
+        """Take what was received and what has ended, and show it."""
         self.live.take_samples()
         for name, success, answer in self.connection.take_results():
             self._on_result(name, success, answer)

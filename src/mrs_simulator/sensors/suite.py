@@ -31,7 +31,7 @@ class Suite:
         ``picture``: renders what cameras see, see ``Scenery``.
         """
         self._picture = picture
-        self._team, self._mounts, self._step = team, mounts, step
+        self._team, self.mounts, self._step = team, mounts, step
         self._obstacles, self._scenery = tuple(obstacles), None
         self._fitted = [
             _SensorGroup(*each, team, seed, step) for each in _groups_of_equal_mounts(team, mounts)
@@ -51,11 +51,6 @@ class Suite:
         return cls(team, mounts, obstacles, scenario.seed, scenario.step, picture)
 
     @property
-    def mounts(self):
-        """Return the ``Mount`` tuple of each robot."""
-        return self._mounts
-
-    @property
     def is_idle(self):
         """Return whether no sensor is read."""
         return not self._running
@@ -66,7 +61,7 @@ class Suite:
         Raises ``SensorError`` for one that a robot lacks.
         """
         for row, names in wanted.items():
-            check_fitted(self._mounts[row], names, row + 1, self._team.kinds[row])
+            check_fitted(self.mounts[row], names, row + 1, self._team.kinds[row])
         for fitted in self._fitted:
             fitted.is_active = any(
                 fitted.mount.name in wanted.get(row, ()) for row in fitted.rows.tolist()

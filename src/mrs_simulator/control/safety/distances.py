@@ -16,7 +16,9 @@ def body_radii(team, fidelity):
     Forces tilt bodies that fly about their middles.  In space balls stand about the places at which bodies
     begin, and are higher by the ``downwash``: their middles may lie apart by what bodies differ in height.
     """
-    half = 0.5 * np.array([kind.body.height if fly else 0.0 for kind, fly in _who_flies(team)])
+    half = 0.5 * np.array(
+        [kind.body.height if fly else 0.0 for kind, fly in zip(team.kinds, team.airborne.tolist())]
+    )
     if fidelity == "point_mass" or not half.any():
         return team.reach
     tilted = np.hypot(team.reach, half) if fidelity == "dynamic" else team.reach
@@ -25,10 +27,6 @@ def body_radii(team, fidelity):
     upright = np.hypot(team.reach, half / team.downwash)
     middle = 0.5 * (half.min() + half.max())
     return np.maximum(tilted, upright) + np.abs(half - middle) / team.downwash
-
-
-def _who_flies(team):
-    return zip(team.kinds, team.airborne.tolist())
 
 
 def tracking_errors(team, fidelity, cap=None):

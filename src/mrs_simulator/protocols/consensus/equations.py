@@ -25,11 +25,6 @@ def consensus(points, topology):
     return difference_sum(points, topology)
 
 
-def moving_eigenvalues(topology):
-    """Return the nonzero eigenvalues mu of L, (m,): those of the modes that consensus removes."""
-    return nonzero_eigenvalues(laplacian_eigenvalues(topology))
-
-
 # In steps --------------------------------------------------------------------------------------
 
 
@@ -85,7 +80,7 @@ def second_order_consensus(points, velocities, topology, g):
 
 def least_damping(topology):
     """Return the bound of ``g`` [s]: largest ``sqrt(Im(mu)^2/(Re(mu) |mu|^2))``; undirected 0."""
-    mu = moving_eigenvalues(topology)
+    mu = nonzero_eigenvalues(laplacian_eigenvalues(topology))
     return float(np.max(np.sqrt(mu.imag**2 / (mu.real * np.abs(mu) ** 2)), initial=0.0))
 
 

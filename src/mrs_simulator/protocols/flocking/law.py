@@ -186,9 +186,6 @@ class Flocking(DoubleIntegrator):
             Claim("farthest from the leader [m]", ball, 0.0, farthest, "at most", True),
         ]
 
-    def _most_groups(self, run):
-        return max(flocking_equations.groups(hand, self.reach) for hand in run.hand)
-
     def graph_at(self, start, hand):
         """Return the graph of all within the reach of each other."""
         return Topology.proximity(hand, self.reach)
@@ -198,7 +195,10 @@ class Flocking(DoubleIntegrator):
 
         That a flock keeps together was seen by Olfati-Saber in simulations, not proved.
         """
-        return dict(flock_measures(self, run), most_groups=self._most_groups(run))
+        return dict(
+            flock_measures(self, run),
+            most_groups=max(flocking_equations.groups(hand, self.reach) for hand in run.hand),
+        )
 
 
 class CuckerSmale(DoubleIntegrator):

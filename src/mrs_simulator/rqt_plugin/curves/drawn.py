@@ -72,7 +72,7 @@ class _Canvas(FigureCanvasQTAgg):
 
     def __init__(self, plot):
         super().__init__(plot.figure)
-        self._plot, self._kept = plot, (None, None)
+        self.plot, self._kept = plot, (None, None)
 
     @guarded
     def draw(self):
@@ -83,7 +83,7 @@ class _Canvas(FigureCanvasQTAgg):
 
     def draw_prepared(self):
         """Draw the curves anew, and all around them where it has changed, which costs most."""
-        moving, around = self._plot.moving, self._plot.around()
+        moving, around = self.plot.moving, self.plot.around()
         if around == self._kept[0]:
             self.restore_region(self._kept[1])
         else:
@@ -92,7 +92,7 @@ class _Canvas(FigureCanvasQTAgg):
             super().draw()
             self._kept = around, self.copy_from_bbox(self.figure.bbox)
         for artist in moving:
-            self._plot.axes.draw_artist(artist)
+            self.plot.axes.draw_artist(artist)
         self.update()
 
 
@@ -103,7 +103,7 @@ class DrawnCurves(QWidget):
         super().__init__(parent)
         self.setAutoFillBackground(True)  # as the figure, not as the tabs around it
         self._ranges = ()
-        self._live = self._source = Source(History())  # of the run of now; what is shown
+        self._live = self.source = Source(History())  # of the run of now; what is shown
         self._others, self._own_name = [], THIS  # ``Source``s over it, and what it is called then
         self._remark = ""  # on the curves of the run of now
         self._cost = 0.0  # [s] of processor time of a redraw, a mean of the last ones
@@ -113,9 +113,9 @@ class DrawnCurves(QWidget):
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
         self._goes_on = False  # whether an error is still being computed
-        self._timer = QTimer(self)
-        self._timer.setInterval(PERIOD)
-        self._timer.timeout.connect(self._tick)
+        self.timer = QTimer(self)
+        self.timer.setInterval(PERIOD)
+        self.timer.timeout.connect(self.tick)
         self._make_controls()
         self._make_canvas()
         self._take_look()
@@ -147,8 +147,8 @@ class DrawnCurves(QWidget):
     def show_source(self, source):
         """Show the curves of ``source``, a ``Source``, in place of those of the run of now; None: these."""
         source = source or self._live
-        if source is not self._source:
-            self._source, self._drawn = source, None
+        if source is not self.source:
+            self.source, self._drawn = source, None
             self._offer(*source.team)
             self._renew()
 
@@ -172,62 +172,57 @@ class DrawnCurves(QWidget):
             self._picked = number
             self._renew()
 
-    @property
-    def source(self):
-        """Return the ``Source`` of what is shown."""
-        return self._source
-
     def set_axes(self, axes, in_space=False):
         """Offer the quantities of a team whose commands have ``axes``, names of Twist components.
 
         ``in_space``: whether they leave the ground.
         """
         self._live.team = tuple(axes), in_space
-        if self._source is self._live:
+        if self.source is self._live:
             self._offer(axes, in_space)
 
     def _offer(self, axes, in_space):
         shown = shown_quantities(tuple(axes), in_space)
-        if shown == [self._tabs.tabData(tab) for tab in range(self._tabs.count())]:
+        if shown == [self.tabs.tabData(tab) for tab in range(self.tabs.count())]:
             return
-        chosen, blocked = self._index(), self._tabs.blockSignals(True)
-        while self._tabs.count():
-            self._tabs.removeTab(0)
+        chosen, blocked = self._index(), self.tabs.blockSignals(True)
+        while self.tabs.count():
+            self.tabs.removeTab(0)
         for tab, index in enumerate(shown):
-            self._tabs.addTab(QUANTITIES[index].tab)
-            self._tabs.setTabToolTip(tab, QUANTITIES[index].meaning)
-            self._tabs.setTabData(tab, index)
-        self._tabs.setCurrentIndex(shown.index(chosen) if chosen in shown else 0)
-        self._tabs.blockSignals(blocked)
+            self.tabs.addTab(QUANTITIES[index].tab)
+            self.tabs.setTabToolTip(tab, QUANTITIES[index].meaning)
+            self.tabs.setTabData(tab, index)
+        self.tabs.setCurrentIndex(shown.index(chosen) if chosen in shown else 0)
+        self.tabs.blockSignals(blocked)
         self._dirty = True
 
     def _index(self):
         """Return the place in ``QUANTITIES`` of what is shown."""
-        return self._tabs.tabData(max(0, self._tabs.currentIndex())) if self._tabs.count() else 0
+        return self.tabs.tabData(max(0, self.tabs.currentIndex())) if self.tabs.count() else 0
 
     def _make_controls(self):
-        self._tabs, self._field, self._follow = QTabBar(), QLineEdit(), QCheckBox("Follow")
+        self.tabs, self.field, self.follow = QTabBar(), QLineEdit(), QCheckBox("Follow")
         self.set_axes(USUAL_AXES)
-        self._tabs.setExpanding(False)
-        self._tabs.setDrawBase(False)
-        self._tabs.currentChanged.connect(self._on_tab)
-        self._field.setPlaceholderText("all robots")
-        self._field.setToolTip(ALL)
-        self._field.textChanged.connect(self._on_field)
-        self._follow.setChecked(True)
-        self._follow.setToolTip(FOLLOW)
-        self._follow.toggled.connect(self._on_follow)
+        self.tabs.setExpanding(False)
+        self.tabs.setDrawBase(False)
+        self.tabs.currentChanged.connect(self._on_tab)
+        self.field.setPlaceholderText("all robots")
+        self.field.setToolTip(ALL)
+        self.field.textChanged.connect(self._on_field)
+        self.follow.setChecked(True)
+        self.follow.setToolTip(FOLLOW)
+        self.follow.toggled.connect(self._on_follow)
 
     def _make_canvas(self):
-        self._plot = CurvesPlot()
-        self._canvas = _Canvas(self._plot)
-        self._canvas.prepare = self._prepare
+        self.plot = CurvesPlot()
+        self.canvas = _Canvas(self.plot)
+        self.canvas.prepare = self._prepare
         row, column = QHBoxLayout(), QVBoxLayout(self)
-        for widget, stretch in ((self._tabs, 1), (self._field, 0), (self._follow, 0)):
+        for widget, stretch in ((self.tabs, 1), (self.field, 0), (self.follow, 0)):
             row.addWidget(widget, stretch)
         column.setContentsMargins(0, 0, 0, 0)
         column.addLayout(row)
-        column.addWidget(self._canvas, 1)
+        column.addWidget(self.canvas, 1)
 
     def _take_look(self):
         """Take sizes from the font and colours from the palette."""
@@ -235,10 +230,10 @@ class DrawnCurves(QWidget):
         pixels = font.pixelSize()
         roles = QPalette.Window, QPalette.Base, QPalette.WindowText
         colours = (palette.color(role).getRgbF()[:3] for role in roles)
-        self._plot.take_look(font.family(), pixels, *colours)
-        self._field.setMinimumWidth(4 * pixels)
-        self._field.setMaximumWidth(9 * pixels)
-        self._canvas.setPalette(palette)
+        self.plot.take_look(font.family(), pixels, *colours)
+        self.field.setMinimumWidth(4 * pixels)
+        self.field.setMaximumWidth(9 * pixels)
+        self.canvas.setPalette(palette)
         self._dirty = True
 
     def changeEvent(self, event):
@@ -251,44 +246,44 @@ class DrawnCurves(QWidget):
     def showEvent(self, event):
         """Resume redrawing."""
         super().showEvent(event)
-        self._timer.start(SOON)
+        self.timer.start(SOON)
 
     @guarded
     def hideEvent(self, event):
         """Stop redrawing."""
         super().hideEvent(event)
-        if hasattr(self, "_timer"):  # else Python has collected it, shown, before Qt takes it down
-            self._timer.stop()
+        if hasattr(self, "timer"):  # else Python has collected it, shown, before Qt takes it down
+            self.timer.stop()
 
     @guarded
     def _on_look(self):
-        if hasattr(self, "_canvas"):  # not while this is made
+        if hasattr(self, "canvas"):  # not while this is made
             self._take_look()
 
     @guarded
     def _on_tab(self, *_):
         self._ylim = None
-        self._field.setEnabled(self._index() != ERROR)
+        self.field.setEnabled(self._index() != ERROR)
         self._renew()
 
     @guarded
     def _on_field(self, *_):
         try:
-            self._ranges = quantities.parse_robots(self._field.text())
-            numbers = self._source.history.numbers
+            self._ranges = quantities.parse_robots(self.field.text())
+            numbers = self.source.history.numbers
             absent = {number for ends in self._ranges for number in ends} - set(numbers)
             problem = "No robot {} in the team".format(min(absent)) if absent and numbers else ""
         except ValueError as error:
             problem = str(error)
-        self._field.setToolTip(problem or ALL)
-        self._field.setStyleSheet(WRONG if problem else "")
+        self.field.setToolTip(problem or ALL)
+        self.field.setStyleSheet(WRONG if problem else "")
         self._renew()
 
     @guarded
     def _on_follow(self, follow):
         """Go on with the width of the window, or stay with the axes as they are."""
         if not follow and self._drawn is not None:
-            self._xlim, self._ylim = self._plot.axes.get_xlim(), self._plot.axes.get_ylim()
+            self._xlim, self._ylim = self.plot.axes.get_xlim(), self.plot.axes.get_ylim()
         elif follow:
             whole = self._xlim is None or self._xlim[0] <= 0.0
             self._xlim, self._ylim = None if whole else self._xlim, None
@@ -297,24 +292,24 @@ class DrawnCurves(QWidget):
     # Drawing
 
     @guarded
-    def _tick(self):
+    def tick(self):
         seen, begun = self.isVisible() and not self.window().isMinimized(), clock.thread_time()
         if seen and self._prepared is not None:
-            self._canvas.draw_prepared()
+            self.canvas.draw_prepared()
             self._note_cost(self._prepared + clock.thread_time() - begun)
             self._prepared = None
         elif seen and (self._dirty or self._stamp() != self._drawn):
-            builds = self._plot.builds
+            builds = self.plot.builds
             self._prepare()
             taken = clock.thread_time() - begun
-            if self._plot.builds != builds or taken > LONG:  # to draw it, too, is another pause
+            if self.plot.builds != builds or taken > LONG:  # to draw it, too, is another pause
                 self._prepared = taken
-                self._timer.start(SOON)
+                self.timer.start(SOON)
                 return
-            self._canvas.draw_prepared()
+            self.canvas.draw_prepared()
             self._note_cost(clock.thread_time() - begun)
-        wait = pacing.pause(self._cost, pacing.CURVES, len(self._source.history.numbers))
-        self._timer.setInterval(max(PERIOD, int(1e3 * wait)))
+        wait = pacing.pause(self._cost, pacing.CURVES, len(self.source.history.numbers))
+        self.timer.setInterval(max(PERIOD, int(1e3 * wait)))
 
     def _note_cost(self, taken):
         """Note the processor time [s] that a redraw has ``taken``."""
@@ -323,19 +318,19 @@ class DrawnCurves(QWidget):
     def _renew(self):
         """Redraw at once, without the usual pause."""
         self._dirty = True
-        if self._timer.isActive() and self._timer.interval() != SOON:
-            self._timer.start(SOON)
+        if self.timer.isActive() and self.timer.interval() != SOON:
+            self.timer.start(SOON)
 
     def _stamp(self):
-        time = self._source.history.time
+        time = self.source.history.time
         others = len(self._others)
-        return self._source.history.numbers, tuple(time[:1]), len(time), tuple(time[-1:]), others
+        return self.source.history.numbers, tuple(time[:1]), len(time), tuple(time[-1:]), others
 
     def _prepare(self):
         """Update the figure."""
         stamp = self._stamp()
         if self._drawn is None or stamp[:2] != self._drawn[:2] or stamp[3] < self._drawn[3]:
-            self._follow.setChecked(True)  # another run
+            self.follow.setChecked(True)  # another run
             self._xlim, self._ylim = None, None
             self._on_field()
         self._drawn, self._goes_on = stamp, False
@@ -347,18 +342,18 @@ class DrawnCurves(QWidget):
         """Show in the plot what is to be drawn now."""
         index, (found, message) = self._index(), self._data()
         limits = self._time_limits(), self._ylim
-        self._plot.remark = self._remark if found and self._source is self._live else ""
-        self._plot.update(found, self._source.history.numbers, index, message, *limits)
+        self.plot.remark = self._remark if found and self.source is self._live else ""
+        self.plot.update(found, self.source.history.numbers, index, message, *limits)
 
     def _on_drawn(self):
         """Hook called after each redraw."""
 
     def _data(self):
         """Return the curves to draw, and a remark."""
-        source = self._source
+        source = self.source
         if self._index() == ERROR:
             return self._error_data()
-        values, styles = QUANTITIES[self._index()].values, self._plot.styles
+        values, styles = QUANTITIES[self._index()].values, self.plot.styles
         found = source.state_curves(values, self._chosen, styles)
         if not found:
             there = len(source.history.time)
@@ -381,7 +376,7 @@ class DrawnCurves(QWidget):
         """Return the curves of all ``runs``, each run's in its own line; of too many the first's alone."""
         if not self._others or sum(map(len, runs)) > MANY_CURVES:
             return runs[0]
-        team, found = max(self._source.history.numbers), []
+        team, found = max(self.source.history.numbers), []
         for place, run in enumerate(runs):
             for curve in run:
                 marks = marks_of(curve.robot - 1, team, place)
@@ -390,10 +385,10 @@ class DrawnCurves(QWidget):
         return found
 
     def _error_data(self):
-        source, found = self._source, []
+        source, found = self.source, []
         complete = [each.is_complete() for each in (source, *self._others)]  # each goes on
         self._goes_on = not all(complete)
-        run, _ = self._plot.error_styles()
+        run, _ = self.plot.error_styles()
         own = source.error_curve(run)
         if own is not None:
             found.append(own._replace(name=self._own_name, run=""))
@@ -401,17 +396,17 @@ class DrawnCurves(QWidget):
         found += [_seen(curve, own) for curve in theories.get(self._own_name, [])]
         if self._ahead is not None:
             when, error = self._ahead
-            found.append(Curve(AHEAD, when, error, self._plot.ahead_style()))
+            found.append(Curve(AHEAD, when, error, self.plot.ahead_style()))
         for place, other in enumerate(self._others, 1):
-            curve = other.error_curve(self._plot.compared_style(place))
+            curve = other.error_curve(self.plot.compared_style(place))
             found += [] if curve is None else [curve._replace(name=other.short_name)]
             found += [_seen(each, curve) for each in theories.get(other.short_name, [])]
         return found, source.error.problem or ("" if found else NO_RUN)
 
     def _theories(self):
         """Return ``[Curve]`` of theory of each run, by its name; one where all have the same."""
-        _, usual = self._plot.error_styles()
-        runs = [(self._own_name, self._source)]
+        _, usual = self.plot.error_styles()
+        runs = [(self._own_name, self.source)]
         runs += [(other.short_name, other) for other in self._others]
         known = [
             (place, name, each.theory)
@@ -424,7 +419,7 @@ class DrawnCurves(QWidget):
         if same or (known and not self._others):
             when, error = known[0][2]
             return {self._own_name: [Curve(THEORY, when, error, usual)]}
-        names, style = "{}, {{}}".format(THEORY), self._plot.theory_style
+        names, style = "{}, {{}}".format(THEORY), self.plot.theory_style
         return {
             name: [Curve(names.format(name), when, error, style(place))]
             for place, name, (when, error) in known
@@ -435,18 +430,18 @@ class DrawnCurves(QWidget):
 
     def _time_limits(self):
         """Return the ends of the time axis [s], which begins with the run."""
-        begin, end = 0.0, self._source.lasts
-        if not end and self._source.theory is not None and self._index() == ERROR:
-            end = self._source.theory[0][-1]
+        begin, end = 0.0, self.source.lasts
+        if not end and self.source.theory is not None and self._index() == ERROR:
+            end = self.source.theory[0][-1]
         for other in self._others if self._xlim is None else ():
             end = max(end, other.lasts)
         if self._ahead is not None and self._xlim is None and self._index() == ERROR:
             end = max(end, self._ahead[0][-1])
         end = end if end > begin else 1.0
-        if self._xlim is not None and self._follow.isChecked():
+        if self._xlim is not None and self.follow.isChecked():
             width = self._xlim[1] - self._xlim[0]
             self._xlim = (end - width, end) if width < end - begin else None
         limits = self._xlim or (begin, _ahead_of(end))
-        if not self._follow.isChecked():
+        if not self.follow.isChecked():
             self._xlim = limits
         return limits

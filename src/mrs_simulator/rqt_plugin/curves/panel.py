@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from matplotlib.colors import to_hex
 
 from mrs_simulator.rqt_plugin.curves.drawn import DrawnCurves
 from mrs_simulator.rqt_plugin.curves.plot import DPI, CurvesPlot
@@ -29,25 +30,20 @@ class CurvesPanel(DrawnCurves):
         self._grip, self._pointer = None, None  # [pixels] where the mouse drags, and points
         # [pixels] of a click; [s] of the line, None for none
         self._pressed, self.moment = None, None
-        self._label, self._dot = QLabel(self._canvas), QLabel(self._canvas)
-        self._line = QFrame(self._canvas)
-        for sign in (self._label, self._dot, self._line):
+        self.label, self._dot = QLabel(self.canvas), QLabel(self.canvas)
+        self._line = QFrame(self.canvas)
+        for sign in (self.label, self._dot, self._line):
             sign.setAttribute(Qt.WA_TransparentForMouseEvents)
             sign.hide()
-        connect = self._canvas.mpl_connect
+        connect = self.canvas.mpl_connect
         connect("scroll_event", self._on_wheel)
         connect("button_press_event", self._on_press)
         connect("motion_notify_event", self._on_motion)
         connect("button_release_event", self._on_release)
         connect("figure_leave_event", self._on_leave)
         self.menu = None
-        self._canvas.setContextMenuPolicy(Qt.CustomContextMenu)
-        self._canvas.customContextMenuRequested.connect(self._on_menu)
-
-    @property
-    def canvas(self):
-        """Return the widget that shows the curves."""
-        return self._canvas
+        self.canvas.setContextMenuPolicy(Qt.CustomContextMenu)
+        self.canvas.customContextMenuRequested.connect(self._on_menu)
 
     def as_csv(self):
         """Return the curves shown as CSV: a column of times [s], and one for each curve."""
@@ -65,16 +61,16 @@ class CurvesPanel(DrawnCurves):
     def save_picture(self, path):
         """Write the curves shown to ``path``, ``.png``, ``.pdf`` or ``.svg``, as a page wide."""
         self._prepare()
-        shown, self._plot = self._plot, CurvesPlot((WIDTH, HEIGHT))
+        shown, self.plot = self.plot, CurvesPlot((WIDTH, HEIGHT))
         try:
             pixels = STYLE["font.size"] / 72.0 * DPI
-            self._plot.take_look(
+            self.plot.take_look(
                 STYLE["font.serif"][0], pixels, *PAPER, math=STYLE["mathtext.fontset"]
             )
             self._show_data()
-            save(self._plot.figure, path)
+            save(self.plot.figure, path)
         finally:
-            self._plot = shown
+            self.plot = shown
 
     def _on_drawn(self):
         self._point_out()
@@ -83,39 +79,39 @@ class CurvesPanel(DrawnCurves):
     @guarded
     def _on_menu(self, place):
         """Offer what can be done with the curves, and with the one at ``place`` (a ``QPoint``)."""
-        ratio = self._canvas.devicePixelRatioF()
-        at = place.x() * ratio, (self._canvas.height() - place.y()) * ratio
-        found = self._plot.nearest(*at) if self._drawn is not None else None
+        ratio = self.canvas.devicePixelRatioF()
+        at = place.x() * ratio, (self.canvas.height() - place.y()) * ratio
+        found = self.plot.nearest(*at) if self._drawn is not None else None
         self.menu = menu = QMenu(self)
         menu.setAttribute(Qt.WA_DeleteOnClose)
         for text, action in self._entries(found[0].robot if found else 0):
             menu.addAction(text).triggered.connect(guarded(lambda *_, do=action: do()))
-        menu.popup(self._canvas.mapToGlobal(place))
+        menu.popup(self.canvas.mapToGlobal(place))
 
     def _entries(self, robot):
         """Return the menu's texts, and what they do; ``robot``: the number of that of a curve, or 0."""
         if robot:
             yield "Select robot {}".format(robot), lambda: self.robot_clicked.emit(robot)
-            yield "Robot {} alone".format(robot), lambda: self._field.setText(str(robot))
-        if self._field.text():
-            yield "All robots", self._field.clear
+            yield "Robot {} alone".format(robot), lambda: self.field.setText(str(robot))
+        if self.field.text():
+            yield "All robots", self.field.clear
         yield "Whole run", self.see_all
-        if not self._follow.isChecked():
-            yield "Follow the newest", lambda: self._follow.setChecked(True)
+        if not self.follow.isChecked():
+            yield "Follow the newest", lambda: self.follow.setChecked(True)
         yield "Copy the curves", lambda: self.export_asked.emit("table")
         yield "Picture of the curves...", lambda: self.export_asked.emit("curves")
         yield "Compose a figure...", lambda: self.export_asked.emit("figure")
 
     def show_moment(self, time):
         """Show a line at ``time`` [s] of the history, None for none."""
-        moment = None if time is None else time - self._source.begin
+        moment = None if time is None else time - self.source.begin
         if moment != self.moment:
             self.moment = moment
             self._place_line()
 
     def _place_line(self):
         """Put the line where its moment is, if that is in view; the figure is not drawn anew."""
-        axes, ratio = self._plot.axes, self._canvas.devicePixelRatioF()
+        axes, ratio = self.plot.axes, self.canvas.devicePixelRatioF()
         low, high = axes.get_xlim()
         drawn = self.moment is not None and self._drawn is not None
         seen = drawn and bool(low <= self.moment <= high)
@@ -123,7 +119,7 @@ class CurvesPanel(DrawnCurves):
         if seen:
             x = axes.transData.transform((self.moment, axes.get_ylim()[0]))[0] / ratio
             box, wide = axes.bbox, max(1, QFontInfo(self.font()).pixelSize() // 8)
-            top = self._canvas.height() - box.y1 / ratio
+            top = self.canvas.height() - box.y1 / ratio
             self._line.setGeometry(int(x - wide / 2), int(top), wide, int(box.height / ratio))
             hue = self.palette().color(QPalette.Highlight).name()
             self._line.setStyleSheet("background: {};".format(hue))
@@ -132,36 +128,36 @@ class CurvesPanel(DrawnCurves):
         """Name the curve nearest to the mouse, in a label beside it."""
         found = None
         if self._pointer is not None and self._grip is None and self._drawn is not None:
-            found = self._plot.nearest(*self._pointer)
-        self._label.setVisible(found is not None)
+            found = self.plot.nearest(*self._pointer)
+        self.label.setVisible(found is not None)
         self._dot.setVisible(found is not None)
         if found is None:
             return
         curve, place, time = found
         value = np.interp(time, curve.time, curve.values)
         unit = QUANTITIES[self._index()].unit
-        self._label.setText("{}:  {:.2f} s,  {:.4g} {}".format(curve.name, time, value, unit))
-        self._set_signs(place, self._plot.colour_of(curve))
+        self.label.setText("{}:  {:.2f} s,  {:.4g} {}".format(curve.name, time, value, unit))
+        self._set_signs(place, to_hex(curve.style["color"]))
 
     def _set_signs(self, place, hue):
         """Put dot and label at ``place`` [pixels], whole, in the curve's colour."""
-        ratio, em = self._canvas.devicePixelRatioF(), QFontInfo(self.font()).pixelSize()
-        x, y = int(place[0] / ratio), int(self._canvas.height() - place[1] / ratio)
+        ratio, em = self.canvas.devicePixelRatioF(), QFontInfo(self.font()).pixelSize()
+        x, y = int(place[0] / ratio), int(self.canvas.height() - place[1] / ratio)
         half = max(3, em // 3)
         self._dot.setStyleSheet("border: 2px solid {}; border-radius: {}px;".format(hue, half))
         self._dot.setGeometry(x - half, y - half, 2 * half, 2 * half)
         base, text = (self.palette().color(role).name() for role in (QPalette.Base, QPalette.Text))
         sheet = "color: {}; background: {}; border: 1px solid {}; padding: 2px;"
-        self._label.setStyleSheet(sheet.format(text, base, hue))
-        self._label.adjustSize()
-        left, above = x + em, y - em - self._label.height()
-        if left + self._label.width() > self._plot.axes.bbox.x1 / ratio:
-            left = max(0, x - em - self._label.width())
-        self._label.move(left, above if above >= 0 else y + em)
+        self.label.setStyleSheet(sheet.format(text, base, hue))
+        self.label.adjustSize()
+        left, above = x + em, y - em - self.label.height()
+        if left + self.label.width() > self.plot.axes.bbox.x1 / ratio:
+            left = max(0, x - em - self.label.width())
+        self.label.move(left, above if above >= 0 else y + em)
 
     def _see(self, left, low, right, high):
         """Show what lies between these pixels now."""
-        follow, data = self._follow.isChecked(), self._plot.axes.transData.inverted()
+        follow, data = self.follow.isChecked(), self.plot.axes.transData.inverted()
         x, y = data.transform([[left, low], [right, high]]).T
         log = self._index() == ERROR
         fine = np.isfinite([x, y]).all() and 1e-3 < x[1] - x[0] < 1e8
@@ -170,9 +166,9 @@ class CurvesPanel(DrawnCurves):
         if log and not 1e-200 < y[0] * 1.01 < y[1]:
             return
         self._xlim, self._ylim = tuple(x), None if follow else tuple(y)
-        self._plot.axes.set_xlim(x)
+        self.plot.axes.set_xlim(x)
         if not follow:
-            self._plot.axes.set_ylim(y)
+            self.plot.axes.set_ylim(y)
         self._renew()
 
     def see_all(self):
@@ -182,7 +178,7 @@ class CurvesPanel(DrawnCurves):
 
     @guarded
     def _on_wheel(self, event):
-        box, follow = self._plot.axes.bbox, self._follow.isChecked()
+        box, follow = self.plot.axes.bbox, self.follow.isChecked()
         factor = ZOOM ** float(np.clip(event.step, -3, 3))
         across = factor if event.x >= box.x0 else 1.0
         along = factor if event.y >= box.y0 and not follow else 1.0
@@ -194,7 +190,7 @@ class CurvesPanel(DrawnCurves):
     def _on_press(self, event):
         if event.dblclick:
             self.see_all()
-        elif event.button == 1 and self._plot.axes.bbox.contains(event.x, event.y):
+        elif event.button == 1 and self.plot.axes.bbox.contains(event.x, event.y):
             self._grip = self._pressed = event.x, event.y
 
     @guarded
@@ -202,10 +198,10 @@ class CurvesPanel(DrawnCurves):
         self._pointer = event.x, event.y
         if self._grip is not None:
             x, y = self._grip[0] - event.x, self._grip[1] - event.y
-            if self._follow.isChecked() and np.hypot(x, y) < self._reach():
+            if self.follow.isChecked() and np.hypot(x, y) < self._reach():
                 return  # a click of an unsteady hand
-            self._follow.setChecked(False)
-            box = self._plot.axes.bbox
+            self.follow.setChecked(False)
+            box = self.plot.axes.bbox
             self._see(box.x0 + x, box.y0 + y, box.x1 + x, box.y1 + y)
             self._grip = self._pointer
         self._point_out()
@@ -215,15 +211,15 @@ class CurvesPanel(DrawnCurves):
         self._grip, pressed, self._pressed = None, self._pressed, None
         if pressed is None or np.hypot(event.x - pressed[0], event.y - pressed[1]) > self._reach():
             return
-        found = self._plot.nearest(*pressed)
+        found = self.plot.nearest(*pressed)
         if found is not None and found[0].robot:
             self.robot_clicked.emit(found[0].robot)
-        time = self._plot.axes.transData.inverted().transform(pressed)[0]
-        self.time_chosen.emit(float(time) + self._source.begin)
+        time = self.plot.axes.transData.inverted().transform(pressed)[0]
+        self.time_chosen.emit(float(time) + self.source.begin)
 
     def _reach(self):
         """Return how far [pixels] an unsteady hand moves the mouse in a click."""
-        return 0.4 * self._plot.em()
+        return 0.4 * self.plot.em()
 
     @guarded
     def _on_leave(self, _event):

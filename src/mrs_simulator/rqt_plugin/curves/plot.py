@@ -9,7 +9,7 @@ import functools
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.lines import Line2D
@@ -185,10 +185,6 @@ class CurvesPlot:
 
     def _is_low(self):
         return self.figure.bbox.height < LOW * self.em()
-
-    def colour_of(self, curve):
-        """Return the colour of ``curve`` as Qt writes it."""
-        return to_hex(curve.style["color"])
 
     def _ground(self):
         return QColor.fromRgbF(*self._base)

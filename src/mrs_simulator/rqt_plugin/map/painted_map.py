@@ -42,7 +42,7 @@ class PaintedMap(MapScene):
 
     @guarded
     def paintEvent(self, event):
-        style, painter = MapStyle.of(self, self._team_size()), QPainter(self)
+        style, painter = MapStyle.of(self, max(self.team.numbers, default=1)), QPainter(self)
         begun = time.thread_time()
         try:
             self._paint_ground(painter, style)
@@ -89,9 +89,6 @@ class PaintedMap(MapScene):
         yield
         painter.restore()
 
-    def _team_size(self):
-        return max(self.team.numbers, default=1)
-
     def _paint_ground(self, painter, style):
         """Paint the ground with the trails."""
         trails = self.trails if self.shown["trails"] else None
@@ -118,7 +115,7 @@ class PaintedMap(MapScene):
     def _paint_edited(self, painter, style):
         """Paint obstacles that move, and the selected one with its handles."""
         drawing.draw_obstacles(painter, style, self.frame, self._undrafted(self._moving))
-        obstacle = self.editor.current if self._mode == "obstacles" else None
+        obstacle = self.editor.current if self.mode == "obstacles" else None
         if obstacle is not None:
             refused = self.editor.is_dragging and self.team.touches(obstacle)
             draw_edited(painter, style, self.frame, obstacle, refused)
@@ -179,7 +176,7 @@ class PaintedMap(MapScene):
         team_shapes, scene = self.team.shapes, self.team_scene()
         drawing.draw_robots(painter, style, frame, scene, team_shapes, shown, self._robots)
         marks.draw_real(painter, style, frame, *of(self.team.real))
-        if (self._at_rest or self._mode == "poses") and self.team.overlapping:
+        if (self.is_at_rest or self.mode == "poses") and self.team.overlapping:
             marks.draw_alarms(painter, style, frame, *of(self.team.overlapping))
         if self.shown["numbers"] and len(rows) <= MANY_ROBOTS:
             team_pose = pose, numbers, shapes
@@ -189,18 +186,18 @@ class PaintedMap(MapScene):
 
     def _paint_card(self, painter, style):
         """Paint what is known of the robot selected, while it is looked at."""
-        if self.selected and self._mode == "look":
+        if self.selected and self.mode == "look":
             graph, targets = (self.edges.list, self.edges.directed), self.targets
             lines = card_lines(self.team, *graph, targets, self.selected)
             if lines:
                 draw_card(painter, style, self.frame, lines, style.shade(self.selected))
 
     def _highlighted(self):
-        return self.chosen.numbers if self._mode == "poses" else {self.selected}
+        return self.chosen.numbers if self.mode == "poses" else {self.selected}
 
     def _paint_passing(self, painter, style):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
-        if self._mode == "measure":
+        if self.mode == "measure":
             self.ruler.draw(painter, style, self.frame)
         if self.drag is not None and self.drag.kind == "band":
             draw_selection_band(painter, style, self.drag.press, self._cursor)
@@ -219,7 +216,7 @@ class PaintedMap(MapScene):
     def _paint_hovered(self, painter, style):
         """Paint the edge under the mouse, which a click removes."""
         team = self.team.numbers, self.team.pose, self.frame, style.unit, self.team.shapes
-        segment = self.edges.segment_of(self.hovered, *team) if self._mode in EDGE_MODES else None
+        segment = self.edges.segment_of(self.hovered, *team) if self.mode in EDGE_MODES else None
         if segment is not None:
             shown = self._cursor, self.hover_text
             directed = self.edges.directed

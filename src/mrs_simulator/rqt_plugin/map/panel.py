@@ -92,10 +92,6 @@ class MapPanel(QWidget):
         layout.addLayout(self._row)
         layout.addWidget(self.map, 1)
 
-    def add_below(self, widget):
-        """Put ``widget`` below the map."""
-        self.layout().addWidget(widget)
-
     def _build_modes(self):
         self._group = group = QWidget()
         row = QHBoxLayout(group)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from mrs_simulator.core.arrays import are_near
 from mrs_simulator.pictures.scene import Ghosts, Scene
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.beams import of_camera, of_reading
@@ -48,7 +49,7 @@ class MapScene(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.frame, self.team = Frame(), MapTeam()
-        self._mode, self.drag = "look", None
+        self.mode, self.drag = "look", None  # one of ``HINTS``
         self.shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
         self._recent = RecentPoses()  # of the run shown
         self.last_run = None  # a ``LastRun`` below what will start
@@ -69,7 +70,8 @@ class MapScene(QWidget):
         self._whole = True  # and that one holds all obstacles
         self.covered = lambda: 0.0  # returns the height [px] that is covered at the lower axis
         self.revision = 0  # of what is shown: it grows with each change
-        self.is_past = False  # whether a moment is shown that has passed
+        # whether a moment is shown that has passed, and whether robots stand where a run begins, in no run
+        self.is_past, self.is_at_rest = False, True
         self._begin_team((), np.empty((0, 3)))
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
 
@@ -129,7 +131,7 @@ class MapScene(QWidget):
 
         Of a real robot, whose clock is another one, that is its newest.
         """
-        if self._at_rest or self.team.numbers[row] in self.team.real:
+        if self.is_at_rest or self.team.numbers[row] in self.team.real:
             return self.team.pose[row]
         return self._recent.at(row, reading.stamp)
 
@@ -178,7 +180,7 @@ class MapScene(QWidget):
         elif not np.allclose(poses, self.team.pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
         self.team.show(resting(numbers, poses, altitude))
-        self._at_rest, self.is_past = True, False
+        self.is_at_rest, self.is_past = True, False
         self._follow()
         self.update()
 
@@ -195,7 +197,7 @@ class MapScene(QWidget):
             self._begin_team(numbers, poses)
         elif self._begin_anew or snapshot.time < self.time:
             self.clear_trails()
-        self.time, self._begin_anew, self._at_rest = snapshot.time, False, False
+        self.time, self._begin_anew, self.is_at_rest = snapshot.time, False, False
         self.last_run, self.is_past = None, False
         self._recent.add(snapshot.time, poses)
         self.team.show(snapshot.replace(robots=numbers, pose=poses))
@@ -217,7 +219,7 @@ class MapScene(QWidget):
         """
         if state.robots != self.team.numbers:
             self._begin_team(state.robots, state.pose)
-        self.time, self._begin_anew, self._at_rest = state.time, False, False
+        self.time, self._begin_anew, self.is_at_rest = state.time, False, False
         self.last_run, self.is_past, self.trails = None, True, trails
         self._recent.clear()
         self.team.show(state)
@@ -229,7 +231,7 @@ class MapScene(QWidget):
     def _begin_team(self, numbers, poses):
         self.drag = None
         self.team.show(resting(numbers, poses))
-        self.time, self._begin_anew, self._at_rest = -math.inf, False, True
+        self.time, self._begin_anew, self.is_at_rest = -math.inf, False, True
         self._recent.clear()
         self.trails = Trails(len(numbers))
         self.flashes.clear()
@@ -257,11 +259,6 @@ class MapScene(QWidget):
         if ahead is not self.ahead:
             self.ahead = ahead
             self.update()
-
-    @property
-    def is_at_rest(self):
-        """Return whether the robots stand where a run begins, in no run."""
-        return self._at_rest
 
     def show_topology(self, edges, directed=True):
         """Show ``edges``, a list of (i, j, weight): robot i receives from robot j."""
@@ -350,15 +347,10 @@ class MapScene(QWidget):
         """Choose what the mouse does: ``look``, ``measure``, or edit what another mode is called."""
         if mode not in HINTS:
             raise ValueError("mode {!r}: wanted one of {}".format(mode, ", ".join(HINTS)))
-        if mode != self._mode:
-            self._mode, self.drag = mode, None
+        if mode != self.mode:
+            self.mode, self.drag = mode, None
             self.editor.cancel()
             self.update()
-
-    @property
-    def mode(self):
-        """Return the mode."""
-        return self._mode
 
     # The view ------------------------------------------------------------------------------------
 
@@ -395,9 +387,7 @@ class MapScene(QWidget):
         paths = self.forecast.reshape(-1, 2)
         if not len(points):
             return paths[np.isfinite(paths).all(axis=1)]
-        low, high = points.min(axis=0), points.max(axis=0)
-        reach = FORESEEN * max(REACH, np.max(high - low))
-        return paths[((paths >= low - reach) & (paths <= high + reach)).all(axis=1)]
+        return paths[are_near(paths, points, FORESEEN, REACH)]
 
     def _has_forecast(self):
         """Return whether there are paths of this team to be seen."""

@@ -87,15 +87,15 @@ class MapView(PaintedMap):
     def _kind_of_drag(self, event, row):
         """Return what a press on the robot ``row`` begins, None for nothing."""
         button = event.button()
-        if self._mode == "poses" and button in (Qt.LeftButton, Qt.RightButton):
+        if self.mode == "poses" and button in (Qt.LeftButton, Qt.RightButton):
             return self._pose_drag(row, button == Qt.RightButton, event.modifiers())
-        if row >= 0 and self._mode in ("ahead", "push") and button == Qt.LeftButton:
-            return self._mode
-        if self._mode == "measure" and button == Qt.LeftButton:
+        if row >= 0 and self.mode in ("ahead", "push") and button == Qt.LeftButton:
+            return self.mode
+        if self.mode == "measure" and button == Qt.LeftButton:
             return "measure"
-        if row >= 0 and self._mode == "edges" and button == Qt.LeftButton:
+        if row >= 0 and self.mode == "edges" and button == Qt.LeftButton:
             return "edge"
-        if self._mode == "obstacles" and button == Qt.LeftButton:
+        if self.mode == "obstacles" and button == Qt.LeftButton:
             return "obstacle"
         return "pan" if button in (Qt.LeftButton, Qt.MiddleButton) else None
 
@@ -129,7 +129,7 @@ class MapView(PaintedMap):
 
     def _hover(self, at):
         """Take note of the edge at ``at`` (2,) [px], None for outside, where a click would remove it."""
-        edits = self._mode in EDGE_MODES and at is not None and self.robot_at(at) < 0
+        edits = self.mode in EDGE_MODES and at is not None and self.robot_at(at) < 0
         edge = self.edge_at(at) if edits else None
         if edge != self.hovered:
             self.hovered, self.hover_text = edge, ""
@@ -144,7 +144,7 @@ class MapView(PaintedMap):
 
     def _cursor_at(self, at):
         """Return the cursor for what a press at ``at`` would do."""
-        if self._mode == "obstacles":
+        if self.mode == "obstacles":
             return self.keys.cursor_at(self.frame.to_plane(at))
         return Qt.ArrowCursor if self.robot_at(at) < 0 else Qt.PointingHandCursor
 
@@ -234,11 +234,11 @@ class MapView(PaintedMap):
             self.edge_added.emit(*pair)
 
     def _click(self, row, at):
-        if self._mode == "look":  # on the floor: none
+        if self.mode == "look":  # on the floor: none
             self.robot_clicked.emit(self.team.numbers[row] if row >= 0 else 0)
-        elif self._mode in EDGE_MODES:
+        elif self.mode in EDGE_MODES:
             edge = self.edge_at(at)
-            if edge is not None and self._mode == "ahead":
+            if edge is not None and self.mode == "ahead":
                 self.ahead_cut.emit(edge)
             elif edge is not None:
                 self.edge_removed.emit(*edge[:2])
@@ -247,8 +247,8 @@ class MapView(PaintedMap):
     @guarded
     def mouseDoubleClickEvent(self, event):
         at = _place(event)
-        on_edge = self._mode in EDGE_MODES and self.edge_at(at) is not None
-        if self._mode == "obstacles":
+        on_edge = self.mode in EDGE_MODES and self.edge_at(at) is not None
+        if self.mode == "obstacles":
             self.mousePressEvent(event)
         elif event.button() == Qt.LeftButton and self.robot_at(at) < 0 and not on_edge:
             self.fit()
@@ -288,17 +288,17 @@ class MapView(PaintedMap):
     @property
     def _keys(self):
         """Return what takes the keys of the mode, None for nothing."""
-        return {"obstacles": self.keys, "poses": self.chosen}.get(self._mode)
+        return {"obstacles": self.keys, "poses": self.chosen}.get(self.mode)
 
     @guarded
     def contextMenuEvent(self, event):
         """Offer what can be done there; of a robot in the mode for poses, once it is not turned."""
         row = self.robot_at(np.array([event.pos().x(), event.pos().y()], dtype=float))
-        if self._mode == "obstacles":
+        if self.mode == "obstacles":
             self.keys.open_menu(event)
-        elif self._mode == "poses" and (row < 0 or event.reason() == event.Keyboard):
+        elif self.mode == "poses" and (row < 0 or event.reason() == event.Keyboard):
             self.chosen.open_menu(0, event.globalPos())
-        elif self._mode != "poses":
+        elif self.mode != "poses":
             open_map_menu(self, row, event.globalPos())
 
     def event(self, event):

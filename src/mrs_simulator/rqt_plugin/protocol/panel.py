@@ -36,8 +36,8 @@ class ProtocolPanel(QWidget):
         self._own = ""  # the last protocol that is not a shipped one, to be offered again
         self._directory = ""
         self._build_chooser()
-        self._form = ParameterForm()
-        self._form.changed.connect(self.parameters_changed)
+        self.form = ParameterForm()
+        self.form.changed.connect(self.parameters_changed)
         self._empty = QLabel("This protocol has no parameters.")
         self._empty.setWordWrap(True)
         self._defaults = QPushButton("Defaults")
@@ -54,30 +54,30 @@ class ProtocolPanel(QWidget):
         self.set_parameters((), {})
 
     def _build_chooser(self):
-        self._combo = NoWheelComboBox()
-        self._combo.setToolTip("The team's coordination protocol")
-        self._combo.activated.connect(self._on_activated)
+        self.combo = NoWheelComboBox()
+        self.combo.setToolTip("The team's coordination protocol")
+        self.combo.activated.connect(self._on_activated)
         self._file = QPushButton("File...")
         self._file.setToolTip("Load a protocol from a Python file on this computer")
         self._file.clicked.connect(guarded(lambda *_: self.file_requested.emit(self._directory)))
-        self._class = TextField(is_number=False)
-        self._class.setPlaceholderText("the only one in the file")
-        self._class.setToolTip(
+        self.class_field = TextField(is_number=False)
+        self.class_field.setPlaceholderText("the only one in the file")
+        self.class_field.setToolTip(
             "<p>Name of the protocol's class; needed only if the file defines several</p>"
         )
-        self._class.finished.connect(self._on_class)
-        self._class.given_up.connect(self._show_protocol)
+        self.class_field.finished.connect(self._on_class)
+        self.class_field.given_up.connect(self._show_protocol)
         self._problem = MessageLabel()
 
     def _build_layout(self):
         layout = QVBoxLayout(self)
         first, second, last = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
         first.addWidget(QLabel("Protocol"))
-        first.addWidget(self._combo, 1)
+        first.addWidget(self.combo, 1)
         first.addWidget(self._file)
         self._class_label = QLabel("Class")
         second.addWidget(self._class_label)
-        second.addWidget(self._class, 1)
+        second.addWidget(self.class_field, 1)
         last.addWidget(self.safety)
         last.addStretch(1)
         last.addWidget(self._defaults)
@@ -92,7 +92,7 @@ class ProtocolPanel(QWidget):
         inner = QWidget()
         column = QVBoxLayout(inner)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self._form)
+        column.addWidget(self.form)
         column.addStretch(1)
         self._scroll = _FormArea()
         self._scroll.setWidget(inner)
@@ -115,19 +115,19 @@ class ProtocolPanel(QWidget):
     def _show_protocol(self):
         if self._name not in self._shipped:
             self._own = self._name
-        self._combo.clear()
-        self._combo.addItems(list(self._shipped))
+        self.combo.clear()
+        self.combo.addItems(list(self._shipped))
         if self._own:
             path = split_name(self._own)[0]
-            self._combo.addItem(os.path.basename(path) or self._own)
-            self._combo.setItemData(len(self._shipped), path or self._own, Qt.ToolTipRole)
+            self.combo.addItem(os.path.basename(path) or self._own)
+            self.combo.setItemData(len(self._shipped), path or self._own, Qt.ToolTipRole)
         offered = self._offered()
         index = offered.index(self._name) if self._name in offered else -1
-        self._combo.setCurrentIndex(index)
+        self.combo.setCurrentIndex(index)
         path, class_name = split_name(self._name)
-        self._combo.setToolTip(path or "The team's coordination protocol")
-        self._class.setText(class_name)
-        self._class.setVisible(bool(path))
+        self.combo.setToolTip(path or "The team's coordination protocol")
+        self.class_field.setText(class_name)
+        self.class_field.setVisible(bool(path))
         self._class_label.setVisible(bool(path))
         self._problem.say("")
 
@@ -160,7 +160,7 @@ class ProtocolPanel(QWidget):
     @guarded
     def _on_class(self):
         path, before = split_name(self._name)
-        name = self._class.text().strip()
+        name = self.class_field.text().strip()
         if not path or name == before:
             self._problem.say("")
         elif name and not name.isidentifier():
@@ -173,33 +173,33 @@ class ProtocolPanel(QWidget):
     def set_parameters(self, parameters, values):
         """Make the form of ``parameters`` and show ``values`` (dict), else defaults; no signal."""
         parameters = tuple(parameters)
-        self._form.set_parameters(parameters, values)
+        self.form.set_parameters(parameters, values)
         self._empty.setVisible(not parameters)
         self._defaults.setEnabled(bool(parameters))
 
     def values(self):
         """Return the values in force, or as last sent."""
-        return self._form.values()
+        return self.form.values()
 
     def finish(self):
         """Apply pending texts of the parameters; return why one is refused, "" where none is."""
-        self._form.finish()
-        return self._form.refused()[1]
+        self.form.finish()
+        return self.form.refused()[1]
 
     def show_refused(self):
         """Put the focus on the first parameter that is refused."""
-        field, _ = self._form.refused()
+        field, _ = self.form.refused()
         if field is not None:
             field.setFocus()
             self._scroll.ensureWidgetVisible(field)
 
     def set_warnings(self, warnings):
         """Show warnings (name: text) beside their parameters; those of "" below the form."""
-        self._form.set_warnings(warnings)
+        self.form.set_warnings(warnings)
 
     @guarded
     def _on_defaults(self, *_):
-        self._form.set_defaults()
+        self.form.set_defaults()
 
 
 class _FormArea(QScrollArea):

@@ -33,7 +33,7 @@ class DurationField(TextField):
 
     def __init__(self):
         super().__init__(is_number=False)
-        self._duration, self._why = None, ""
+        self._duration, self.why = None, ""
         self._fit()
         self.setAccessibleName("Duration of the run")
         self.finished.connect(self._on_finished)
@@ -48,7 +48,7 @@ class DurationField(TextField):
 
     def show_duration(self, duration):
         """Show the ``duration`` [s] in force, unless another is being typed or was refused since."""
-        if duration != self._duration or not (self._why or self.busy()):
+        if duration != self._duration or not (self.why or self.busy()):
             self._duration = duration
             self._say("")
             self.show_value(number_text(duration) + " s")
@@ -59,13 +59,8 @@ class DurationField(TextField):
         self._say(why)
         self.refused.emit(why)
 
-    @property
-    def why(self):
-        """Return why the text is refused, "" where it is not."""
-        return self._why
-
     def _say(self, why):
-        self._why = why
+        self.why = why
         self.setToolTip("\n".join(filter(None, [TIP, why])))
         palette = QPalette()
         if why:

@@ -35,10 +35,10 @@ class PreflightPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._title = MessageLabel("aside")
-        self._table = ResultsTable(HEADERS, widest=FOUND)
+        self.table = ResultsTable(HEADERS, widest=FOUND)
         self._copy = QPushButton("Copy")
         self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        self._copy.clicked.connect(self._table.copy)
+        self._copy.clicked.connect(self.table.copy)
         self._judged = QCheckBox(JUDGE)
         self._start = QPushButton("Start anyway")
         self._start.setToolTip(START_TIP)
@@ -52,7 +52,7 @@ class PreflightPanel(QWidget):
         last.addWidget(self._start)
         last.addStretch(1)
         layout.addLayout(first)
-        layout.addWidget(self._table, 1)
+        layout.addWidget(self.table, 1)
         layout.addLayout(last)
         self._title.say(BEFORE)
         self._offer(False)
@@ -73,7 +73,7 @@ class PreflightPanel(QWidget):
         """Show that a check is under way; ``starting``: the controller starts after it."""
         after = ", the controller starts if they are ready" if starting else ""
         self._title.say("Checking the robots{} ...".format(after), "aside")
-        self._table.set_rows([])
+        self.table.set_rows([])
         self._copy.setEnabled(False)
         self._offer(False)
 
@@ -84,7 +84,7 @@ class PreflightPanel(QWidget):
         overrule a refusal.
         """
         rows = [[f.robot or "team", f.what, f.value, f.wanted] for f in findings]
-        self._table.set_rows(rows, tints=[(row, 1, "error") for row in range(len(rows))])
+        self.table.set_rows(rows, tints=[(row, 1, "error") for row in range(len(rows))])
         self._copy.setEnabled(bool(rows))
         text = _title(len(findings), passed, outcome, may_judge)
         self._title.say(text, "error" if findings else "good")
@@ -96,10 +96,8 @@ class PreflightPanel(QWidget):
 
     def rows(self):
         """Return the table's rows of texts."""
-        columns = range(self._table.columnCount())
-        return [
-            [self._table.text(row, c) for c in columns] for row in range(self._table.rowCount())
-        ]
+        columns = range(self.table.columnCount())
+        return [[self.table.text(row, c) for c in columns] for row in range(self.table.rowCount())]
 
 
 def _title(found, passed, outcome, may_judge):

@@ -93,7 +93,8 @@ class SensorsPanel(QWidget):
         """Show the state ``flight`` of a flying robot, "" for others, and its ``Incident``s."""
         texts = [flight.capitalize()] if flight else []
         texts += [
-            "{} at {:.1f} s".format(incident_text(each), each.time) for each in incidents[-SHOWN:]
+            "{} at {:.1f} s".format(each.text.partition(" ")[2], each.time)
+            for each in incidents[-SHOWN:]
         ]
         if len(incidents) > SHOWN:
             texts.append("and {} earlier".format(len(incidents) - SHOWN))
@@ -137,11 +138,6 @@ class SensorsPanel(QWidget):
         readings = [each.reading for each in received.values() if each is not None]
         pictures = [each.image for each in readings if isinstance(each, CameraReading)]
         return self.picture.show_pixels(pictures[0] if pictures else None)
-
-
-def incident_text(incident):
-    """Return the text of an ``incident`` without the robot's name."""
-    return incident.text.partition(" ")[2]
 
 
 TINTS = {"received": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}

@@ -246,12 +246,12 @@ class Shelf:
 def runs_in(folder):
     """Return the paths of runs and sweeps in ``folder``, the newest first; [] where it cannot be read."""
     found = [each for each in _entries_in(folder) if not each.name.startswith(".")]
-    runs = [each for each in found if is_listed(each.path) and (each.is_dir() or _is_bag(each))]
+    runs = [
+        each
+        for each in found
+        if is_listed(each.path) and (each.is_dir() or each.name.endswith(BAG))
+    ]
     return [os.path.abspath(each.path) for each in sorted(runs, key=_age)]
-
-
-def _is_bag(each):
-    return each.name.endswith(BAG)
 
 
 def _entries_in(folder):

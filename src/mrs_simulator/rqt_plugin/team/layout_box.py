@@ -22,31 +22,31 @@ class LayoutBox(QGroupBox):
         """``count()``: returns the number of robots."""
         super().__init__("Layout", parent)
         self._count = count
-        self._names = NoWheelComboBox()
-        self._names.setToolTip("Arrangement of all robots")
-        self._names.addItems(sorted(LAYOUTS, key=lambda name: (ORDER + (name,)).index(name)))
-        self._names.currentIndexChanged.connect(self._on_name)
+        self.names = NoWheelComboBox()
+        self.names.setToolTip("Arrangement of all robots")
+        self.names.addItems(sorted(LAYOUTS, key=lambda name: (ORDER + (name,)).index(name)))
+        self.names.currentIndexChanged.connect(self._on_name)
         self._apply = QPushButton("Apply")
         self._apply.setToolTip("Place all robots in this layout")
         self._apply.clicked.connect(self._on_apply)
         self._another = QPushButton("Another")
         self._another.setToolTip("Place all robots in another random layout, with the next seed")
         self._another.clicked.connect(self._on_another)
-        self._form = ParameterForm()
+        self.form = ParameterForm()
         self._values = {}  # of all layouts seen so far
         column, line = QVBoxLayout(self), QHBoxLayout()
-        line.addWidget(self._names, 1)
+        line.addWidget(self.names, 1)
         line.addWidget(self._apply)
         line.addWidget(self._another)
         column.addLayout(line)
-        column.addWidget(self._form)
+        column.addWidget(self.form)
         self._on_name()
 
     @guarded
     def _on_name(self, *_):
-        name = self._names.currentText()
-        self._values.update(self._form.values())
-        self._form.set_parameters(
+        name = self.names.currentText()
+        self._values.update(self.form.values())
+        self.form.set_parameters(
             LAYOUTS[name] + ((SEED,) if name == "random" else ()), self._values
         )
 
@@ -54,20 +54,20 @@ class LayoutBox(QGroupBox):
 
     @guarded
     def _on_apply(self, *_):
-        if self._form.finish():
+        if self.form.finish():
             self._apply_layout()
 
     @guarded
     def _on_another(self, *_):
-        if self._form.finish():
-            self._values.update(self._form.values())
+        if self.form.finish():
+            self._values.update(self.form.values())
             self._values["seed"] += 1
-            self._form.set_parameters(LAYOUTS["random"] + (SEED,), self._values)
+            self.form.set_parameters(LAYOUTS["random"] + (SEED,), self._values)
             self._apply_layout()
 
     def _apply_layout(self):
         try:
-            poses = make_layout(self._names.currentText(), self._count(), **self._form.values())
+            poses = make_layout(self.names.currentText(), self._count(), **self.form.values())
         except ValueError as error:
             self.refused.emit(str(error))
             return

@@ -51,42 +51,42 @@ class TeamPanel(QWidget):
         self._refusal = ""  # of what was typed last, until it is asked for
         self._bodies, self._selects = None, False  # the latter: whether the window selects a row
         self._find = vehicles.kind  # returns the Kind that a name means
-        self._model = TeamModel(vehicles.KINDS, self)
-        self._model.accepted.connect(self._on_edited)
-        self._table = TeamTable(self._model)
-        self._table.pasted.connect(self._on_pasted)
-        self._table.arranged.connect(self._on_arranged)
-        self.follow_asked = self._table.follow_asked
-        self._message, self._overlaps = MessageLabel(), MessageLabel()
-        self._locked = MessageLabel("aside")  # why nothing can be changed
-        self._layouts = LayoutBox(lambda: len(self.kinds()))
-        self._layouts.chosen.connect(self._on_layout)
-        self._layouts.refused.connect(self._refuse)
+        self.model = TeamModel(vehicles.KINDS, self)
+        self.model.accepted.connect(self._on_edited)
+        self.table = TeamTable(self.model)
+        self.table.pasted.connect(self._on_pasted)
+        self.table.arranged.connect(self._on_arranged)
+        self.follow_asked = self.table.follow_asked
+        self.message, self.overlaps = MessageLabel(), MessageLabel()
+        self.locked = MessageLabel("aside")  # why nothing can be changed
+        self.layouts = LayoutBox(lambda: len(self.kinds()))
+        self.layouts.chosen.connect(self._on_layout)
+        self.layouts.refused.connect(self._refuse)
         self._build_number()
         self._build_scenario_buttons()
-        self._model.refused.connect(self._refuse)
+        self.model.refused.connect(self._refuse)
         layout = QVBoxLayout(self)
         layout.addLayout(self._first_line)
-        layout.addWidget(self._table, 1)
-        layout.addWidget(self._locked)
-        layout.addWidget(self._message)
-        layout.addWidget(self._overlaps)
-        layout.addWidget(self._layouts)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self.locked)
+        layout.addWidget(self.message)
+        layout.addWidget(self.overlaps)
+        layout.addWidget(self.layouts)
         self.set_editable(True)
         self.set_team([[0.0, 0.0, 0.0]], vehicles.KINDS[:1])
 
     def _build_number(self):
-        self._number = PatientSpinBox()
-        self._number.setRange(1, MOST_TYPED)
-        self._number.setToolTip(NUMBER_TIP)
-        self._number.valueChanged.connect(self._on_number)
+        self.number = PatientSpinBox()
+        self.number.setRange(1, MOST_TYPED)
+        self.number.setToolTip(NUMBER_TIP)
+        self.number.valueChanged.connect(self._on_number)
 
-        self._kind = NoWheelComboBox()
-        self._kind.setToolTip(KIND_TIP)
-        self._kind.activated.connect(self._on_kind)
+        self.kind = NoWheelComboBox()
+        self.kind.setToolTip(KIND_TIP)
+        self.kind.activated.connect(self._on_kind)
         self._altitude = AltitudeField()
         self._altitude.chosen.connect(self._on_altitude)
-        self._table.selectionModel().selectionChanged.connect(self._on_selection)
+        self.table.selectionModel().selectionChanged.connect(self._on_selection)
 
     def _build_scenario_buttons(self):
         self._open = QPushButton("Open scenario...")
@@ -100,9 +100,9 @@ class TeamPanel(QWidget):
         buttons.addWidget(self._open, 1)
         buttons.addWidget(self._save, 1)
         number.addWidget(QLabel("Robots"))
-        number.addWidget(self._number)
+        number.addWidget(self.number)
         number.addWidget(QLabel("Kind"))
-        number.addWidget(self._kind, 1)
+        number.addWidget(self.kind, 1)
         self._first_line.addLayout(buttons)
         self._first_line.addLayout(number)
         self._first_line.addWidget(self._altitude)
@@ -111,11 +111,11 @@ class TeamPanel(QWidget):
 
     def poses(self):
         """Return the initial poses, (n, 3) [m, m, rad]; a copy."""
-        return self._model.poses.copy()
+        return self.model.poses.copy()
 
     def kinds(self):
         """Return the robots' kinds."""
-        return self._model.kinds
+        return self.model.kinds
 
     def altitude(self):
         """Return the heights (n,) [m] at which robots begin, None where all begin on the ground."""
@@ -124,12 +124,12 @@ class TeamPanel(QWidget):
     @property
     def overlapping(self):
         """Return the numbers of the robots that overlap another one."""
-        return {row + 1 for row in self._model.overlapping}
+        return {row + 1 for row in self.model.overlapping}
 
     def set_kinds(self, find, own=()):
         """Use ``find(name)``, which returns a ``Kind``; offer the names ``own`` too."""
         self._find = find
-        self._model.kind_choices = tuple(dict.fromkeys((*vehicles.KINDS, *own)))
+        self.model.kind_choices = tuple(dict.fromkeys((*vehicles.KINDS, *own)))
 
     def set_team(self, poses, kinds, altitude=None):
         """Show ``poses`` (n, 3) [m, m, rad], ``kinds`` and ``altitude`` (n,) [m]; no signal.
@@ -147,63 +147,63 @@ class TeamPanel(QWidget):
         if altitude is not None:
             self._heights[flies] = np.asarray(altitude, dtype=float)[flies]
         pairs = self._overlapping_pairs(poses)
-        self._model.set_team(poses, kinds, pairs)
+        self.model.set_team(poses, kinds, pairs)
         self._report_overlaps(pairs)
-        self._message.say("")
+        self.message.say("")
         self._refusal = ""
         self._show_kind()
-        blocked = self._number.blockSignals(True)
-        self._number.setRange(min(1, len(kinds)), MOST_TYPED)
-        self._number.setValue(len(kinds))
-        self._number.blockSignals(blocked)
+        blocked = self.number.blockSignals(True)
+        self.number.setRange(min(1, len(kinds)), MOST_TYPED)
+        self.number.setValue(len(kinds))
+        self.number.blockSignals(blocked)
 
     def _group_rows(self):
         """Return the rows that are selected, all where none is."""
-        selected = {index.row() for index in self._table.selectionModel().selectedRows()}
-        return sorted(selected) or list(range(len(self._model.kinds)))
+        selected = {index.row() for index in self.table.selectionModel().selectedRows()}
+        return sorted(selected) or list(range(len(self.model.kinds)))
 
     def _show_kind(self):
         """Show the kind of the robots selected, or of all, among those that may be chosen."""
-        kinds = self._model.kinds
-        offered = list(dict.fromkeys((*self._model.kind_choices, *kinds)))
+        kinds = self.model.kinds
+        offered = list(dict.fromkeys((*self.model.kind_choices, *kinds)))
         chosen = {kinds[row] for row in self._group_rows() if row < len(kinds)}
         if len(chosen) > 1:
             offered.insert(0, "")
-        self._kind.blockSignals(True)
-        self._kind.clear()
+        self.kind.blockSignals(True)
+        self.kind.clear()
         for name in offered:
-            self._kind.addItem(kind_name(name) or MIXED, name)
-            self._kind.setItemData(self._kind.count() - 1, self._title(name), Qt.ToolTipRole)
+            self.kind.addItem(kind_name(name) or MIXED, name)
+            self.kind.setItemData(self.kind.count() - 1, self._title(name), Qt.ToolTipRole)
         shown = chosen.pop() if len(chosen) == 1 else ""
-        self._kind.setCurrentIndex(max(0, self._kind.findData(shown)))
-        self._kind.blockSignals(False)
+        self.kind.setCurrentIndex(max(0, self.kind.findData(shown)))
+        self.kind.blockSignals(False)
         rows = [row for row in self._group_rows() if row < len(kinds) and self._flies[row]]
         self._altitude.show_heights(self._heights[rows])
         self._altitude.setVisible(bool(self._flies.any()))
 
     def select(self, number):
         """Select the row of robot ``number`` alone, 0 for none; no signal."""
-        rows = [index.row() for index in self._table.selectionModel().selectedRows()]
+        rows = [index.row() for index in self.table.selectionModel().selectedRows()]
         if rows == [number - 1] or (not number and len(rows) != 1):
             return
         self._selects = True
         try:
-            self._table.clearSelection()
-            if 0 < number <= len(self._model.kinds):
-                self._table.selectRow(number - 1)
+            self.table.clearSelection()
+            if 0 < number <= len(self.model.kinds):
+                self.table.selectRow(number - 1)
         finally:
             self._selects = False
 
     @guarded
     def _on_selection(self, *_):
         self._show_kind()
-        rows = self._table.selectionModel().selectedRows()
+        rows = self.table.selectionModel().selectedRows()
         if len(rows) == 1 and not self._selects:
             self.robot_chosen.emit(rows[0].row() + 1)
 
     @guarded
     def _on_kind(self, index):
-        chosen, kinds = self._kind.itemData(index), list(self.kinds())
+        chosen, kinds = self.kind.itemData(index), list(self.kinds())
         if chosen:
             for row in self._group_rows():
                 kinds[row] = chosen
@@ -217,16 +217,16 @@ class TeamPanel(QWidget):
 
     def set_pose(self, number, x, y, theta):
         """Move robot ``number`` to a pose [m, m, rad], as when dragged; no signal."""
-        if not 1 <= number <= len(self._model.poses):
-            raise ValueError("robot{}: wanted 1 to {}".format(number, len(self._model.poses)))
-        poses = self._model.poses
+        if not 1 <= number <= len(self.model.poses):
+            raise ValueError("robot{}: wanted 1 to {}".format(number, len(self.model.poses)))
+        poses = self.model.poses
         poses[number - 1] = x, y, theta
         self.set_poses(poses)
 
     def set_poses(self, poses):
         """Move all robots to ``poses`` (n, 3) [m, m, rad]; no signal."""
         pairs = self._overlapping_pairs(poses)
-        self._model.set_team(poses, self._model.kinds, pairs)
+        self.model.set_team(poses, self.model.kinds, pairs)
         self._report_overlaps(pairs)
 
     def set_editable(self, editable, why="", may_open=False):
@@ -234,19 +234,19 @@ class TeamPanel(QWidget):
 
         ``why`` not, in a line and the tooltips; ``may_open``: another scenario may be opened all the same.
         """
-        self._table.set_editable(editable)
+        self.table.set_editable(editable)
         self._open.setEnabled(editable or may_open)
-        for widget in (self._number, self._kind, self._altitude, self._layouts):
+        for widget in (self.number, self.kind, self._altitude, self.layouts):
             widget.setEnabled(editable)
-        self._locked.say("" if editable or not why else "{}{}".format(why[0].upper(), why[1:]))
+        self.locked.say("" if editable or not why else "{}{}".format(why[0].upper(), why[1:]))
         remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
-        self._number.setToolTip(NUMBER_TIP + remark)
-        self._layouts.setToolTip(remark)
-        self._table.setToolTip(remark)
+        self.number.setToolTip(NUMBER_TIP + remark)
+        self.layouts.setToolTip(remark)
+        self.table.setToolTip(remark)
 
     def set_real(self, numbers):
         """Mark the robots ``numbers`` as real ones."""
-        self._model.set_real(numbers)
+        self.model.set_real(numbers)
 
     def _overlapping_pairs(self, poses):
         if self._bodies is None:
@@ -262,7 +262,7 @@ class TeamPanel(QWidget):
         )
         more = len(pairs[0]) - MOST_PAIRS
         text += " overlap" if text else ""
-        self._overlaps.say(text + (", and {} more pairs".format(more) if more > 0 else ""))
+        self.overlaps.say(text + (", and {} more pairs".format(more) if more > 0 else ""))
 
     # What the user does --------------------------------------------------------------------------
 
@@ -272,7 +272,7 @@ class TeamPanel(QWidget):
         more = len(poses) - len(heights)
         if more > 0:
             heights = np.concatenate([heights, np.full(more, heights[-1] if len(heights) else 0.0)])
-        same = tuple(kinds) == self.kinds() and np.array_equal(poses, self._model.poses)
+        same = tuple(kinds) == self.kinds() and np.array_equal(poses, self.model.poses)
         before = self._heights
         self.set_team(poses, kinds, heights[: len(poses)])
         if not same or not np.array_equal(before, self._heights):
@@ -292,7 +292,7 @@ class TeamPanel(QWidget):
 
     @guarded
     def _refuse(self, text):
-        self._message.say(text)
+        self.message.say(text)
         self._refusal = text
 
     def take_refusal(self):
@@ -321,7 +321,7 @@ class TeamPanel(QWidget):
 
     @guarded
     def _on_pasted(self, text):
-        row = max(0, self._table.currentIndex().row())
+        row = max(0, self.table.currentIndex().row())
         try:
             self._change(*self._with_pasted(row, read_rows(text)))
         except ValueError as error:

@@ -50,37 +50,37 @@ class TopologyPanel(QWidget):
     def _build(self):
         layout = QVBoxLayout(self)
         layout.addLayout(self._build_presets())
-        self._as_directed = QCheckBox("directed: the neighbour sends to the robot")
-        self._as_directed.setChecked(True)
-        self._as_directed.toggled.connect(self._on_directed)
-        layout.addWidget(self._as_directed)
-        self._table = QTableWidget(0, len(COLUMNS))
-        self._table.setHorizontalHeaderLabels(COLUMNS)
-        self._table.horizontalHeader().setSectionResizeMode(QHeaderView.Stretch)
-        self._table.verticalHeader().hide()
-        self._table.setSelectionBehavior(QAbstractItemView.SelectRows)
-        self._table.cellChanged.connect(self._on_cell)
-        layout.addWidget(self._table, 1)
+        self.as_directed = QCheckBox("directed: the neighbour sends to the robot")
+        self.as_directed.setChecked(True)
+        self.as_directed.toggled.connect(self._on_directed)
+        layout.addWidget(self.as_directed)
+        self.table = QTableWidget(0, len(COLUMNS))
+        self.table.setHorizontalHeaderLabels(COLUMNS)
+        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.Stretch)
+        self.table.verticalHeader().hide()
+        self.table.setSelectionBehavior(QAbstractItemView.SelectRows)
+        self.table.cellChanged.connect(self._on_cell)
+        layout.addWidget(self.table, 1)
         layout.addLayout(self._build_buttons())
         layout.addLayout(self._build_figures())
 
     def _build_presets(self):
         row = QHBoxLayout()
         row.addWidget(QLabel("Replace by"))
-        self._preset = QComboBox()
-        self._preset.addItems(MADE)
-        self._preset.currentTextChanged.connect(self._on_preset)
-        self._amount = PointSpinBox()
-        self._amount.setRange(0.0, 1000.0)
-        self._seed = QSpinBox()
-        self._seed.setRange(0, 10**6)
-        self._seed.setToolTip("seed of the random graph")
+        self.preset = QComboBox()
+        self.preset.addItems(MADE)
+        self.preset.currentTextChanged.connect(self._on_preset)
+        self.amount = PointSpinBox()
+        self.amount.setRange(0.0, 1000.0)
+        self.seed = QSpinBox()
+        self.seed.setRange(0, 10**6)
+        self.seed.setToolTip("seed of the random graph")
         make = QPushButton("Make")
         make.setToolTip("Replace all edges by this preset")
         make.clicked.connect(self._on_make)
-        for widget in (self._preset, self._amount, self._seed, make):
+        for widget in (self.preset, self.amount, self.seed, make):
             row.addWidget(widget)
-        self._on_preset(self._preset.currentText())
+        self._on_preset(self.preset.currentText())
         return row
 
     def _build_buttons(self):
@@ -111,9 +111,9 @@ class TopologyPanel(QWidget):
             label.setToolTip(tip)
             self._figures[key] = label
             form.addRow(title, label)
-        self._message = QLabel()
-        self._message.setWordWrap(True)
-        form.addRow(self._message)
+        self.message = QLabel()
+        self.message.setWordWrap(True)
+        form.addRow(self.message)
         return form
 
     # Inputs --------------------------------------------------------------------------------------
@@ -165,27 +165,27 @@ class TopologyPanel(QWidget):
 
     @guarded
     def _on_preset(self, name):
-        self._seed.setVisible(name in SEEDED)
-        self._amount.setVisible(name in AMOUNTS)
+        self.seed.setVisible(name in SEEDED)
+        self.amount.setVisible(name in AMOUNTS)
         if name in AMOUNTS:
             value, suffix, decimals, tip = AMOUNTS[name]
-            self._amount.setDecimals(decimals)
-            self._amount.setSuffix(suffix)
-            self._amount.setValue(value)
-            self._amount.setToolTip(tip)
+            self.amount.setDecimals(decimals)
+            self.amount.setSuffix(suffix)
+            self.amount.setValue(value)
+            self.amount.setToolTip(tip)
 
     @guarded
     def _on_make(self, *_):
         try:
-            made = self._made(self._preset.currentText())
+            made = self._made(self.preset.currentText())
         except ValueError as error:
-            self._message.setText(str(error))
+            self.message.setText(str(error))
             return
         self._change(made.edges, made.directed)
 
     def _made(self, name):
         """Return the graph of the preset ``name`` over this team."""
-        amount, seed = self._amount.value(), self._seed.value()
+        amount, seed = self.amount.value(), self.seed.value()
         if name == "random":
             return Topology.random(self._n, min(1.0, amount), seed)
         if name == "erdos_renyi":
@@ -206,7 +206,7 @@ class TopologyPanel(QWidget):
 
     @guarded
     def _on_remove(self, *_):
-        rows = {index.row() for index in self._table.selectedIndexes()}
+        rows = {index.row() for index in self.table.selectedIndexes()}
         self._change([edge for row, edge in enumerate(self._edges) if row not in rows])
 
     @guarded
@@ -218,14 +218,14 @@ class TopologyPanel(QWidget):
         if self._filling:
             return
         edge = list(self._edges[row])
-        text = self._table.item(row, column).text()
+        text = self.table.item(row, column).text()
         try:
             edge[column] = float(text) if column == 2 else int(text)
             edges = list(self._edges)
             edges[row] = tuple(edge)
         except ValueError:
             remark = comma_remark(text)
-            self._message.setText("{!r}: wanted a number{}".format(text, remark))
+            self.message.setText("{!r}: wanted a number{}".format(text, remark))
             self._show_table()
             return
         self._change(edges)
@@ -235,10 +235,10 @@ class TopologyPanel(QWidget):
         try:
             Topology(self._n, edges, directed)
         except ValueError as error:
-            self._message.setText(str(error))
+            self.message.setText(str(error))
             self._show_table()
             return
-        self._message.clear()
+        self.message.clear()
         self._edges, self._directed = [tuple(edge) for edge in edges], directed
         self._show()
         self.topology_changed.emit(self.edges(), self._directed)
@@ -247,19 +247,19 @@ class TopologyPanel(QWidget):
 
     def _show(self):
         self._filling = True
-        self._as_directed.setChecked(self._directed)
+        self.as_directed.setChecked(self._directed)
         self._filling = False
         self._show_table()
         self._show_figures()
 
     def _show_table(self):
         self._filling = True
-        self._table.setRowCount(len(self._edges))
+        self.table.setRowCount(len(self._edges))
         for row, edge in enumerate(self._edges):
             for column, value in enumerate(edge):
                 item = QTableWidgetItem("{:g}".format(value))
                 item.setTextAlignment(Qt.AlignCenter)
-                self._table.setItem(row, column, item)
+                self.table.setItem(row, column, item)
         self._filling = False
 
     def _show_figures(self):

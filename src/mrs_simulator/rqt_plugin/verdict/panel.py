@@ -57,19 +57,19 @@ class VerdictPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.verdict = None  # as in verdict.json, None before the first
-        self._title, self._more = MessageLabel("aside"), MessageLabel("aside")
-        self._table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
+        self._title, self.more = MessageLabel("aside"), MessageLabel("aside")
+        self.table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
         self._copy = QPushButton("Copy")
         self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        self._copy.clicked.connect(self._table.copy)
+        self._copy.clicked.connect(self.table.copy)
         page, line = QWidget(), QHBoxLayout()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(4, 4, 4, 4)
         line.addWidget(self._title, 1)
         line.addWidget(self._copy)
         layout.addLayout(line)
-        layout.addWidget(self._table, 1)
-        layout.addWidget(self._more)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self.more)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(scrolled(page))
@@ -77,7 +77,7 @@ class VerdictPanel(QWidget):
         self._title.say(BEFORE)
         self._checks = []  # of the rows
         self._remark, self._said, self._headline = "", (BEFORE, "aside"), ""
-        for chosen in (self._table.cellClicked, self._table.cellActivated):
+        for chosen in (self.table.cellClicked, self.table.cellActivated):
             chosen.connect(self._on_row)
 
     @guarded
@@ -95,7 +95,7 @@ class VerdictPanel(QWidget):
         title = "Running, {:.1f} of {:g} s: {}".format(time, duration, said)
         self._say(title, "error" if failing else "aside")
         self._show_rows(rows, [row["standing"] for row in rows])
-        self._more.say("")
+        self.more.say("")
         self._head("{} failing".format(failing) if failing else "on course")
 
     def mark(self, remark):
@@ -129,10 +129,10 @@ class VerdictPanel(QWidget):
         self._checks = checks
         self._copy.setEnabled(True)
         if before == [_kept(check) for check in checks]:
-            self._table.change_texts(cells, tips)
+            self.table.change_texts(cells, tips)
             return
         tints = [(row, RESULT, TINTS[check["passed"]]) for row, check in enumerate(checks)]
-        self._table.set_rows(cells, tips, tints)
+        self.table.set_rows(cells, tips, tints)
 
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
@@ -146,7 +146,7 @@ class VerdictPanel(QWidget):
         reason = [verdict["reason"]] if verdict.get("reason") else []
         self._say("{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]])
         self._show_rows(checks, [WORDS[check["passed"]] for check in checks])
-        self._more.say(_more(verdict))
+        self.more.say(_more(verdict))
         self._head(TITLES[outcome])
 
     def clear(self):
@@ -155,8 +155,8 @@ class VerdictPanel(QWidget):
         self._head("")
         self._say(BEFORE, "aside")
         self._checks = []
-        self._table.set_rows([])
-        self._more.say("")
+        self.table.set_rows([])
+        self.more.say("")
         self._copy.setEnabled(False)
 
     def title(self):
@@ -171,9 +171,9 @@ class VerdictPanel(QWidget):
     def row(self, claim):
         """Return the texts of the row of ``claim``, by column."""
         names = [name for name, _ in HEADERS]
-        for row in range(self._table.rowCount()):
-            if self._table.text(row, CLAIM) == symbolic(claim):
-                return {name: self._table.text(row, c) for c, name in enumerate(names)}
+        for row in range(self.table.rowCount()):
+            if self.table.text(row, CLAIM) == symbolic(claim):
+                return {name: self.table.text(row, c) for c, name in enumerate(names)}
         raise KeyError(claim)
 
 

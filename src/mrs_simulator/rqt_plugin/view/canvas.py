@@ -41,10 +41,10 @@ class Canvas(QWidget):
         self.scene, self._followed, self._last, self._plates = None, 0, None, {}
         self._odometer = Odometer()
         self._moved = 0.0  # [s] of wall time, when what is shown changed
-        self._refining = QTimer(self, interval=int(1e3 * STILL_FOR), singleShot=True)
-        self._refining.timeout.connect(self.update)
+        self.refining = QTimer(self, interval=int(1e3 * STILL_FOR), singleShot=True)
+        self.refining.timeout.connect(self.update)
         self._pressed = None  # where a click or drag began
-        self._card = graphics_card()
+        self.card = graphics_card()
         self._aside = self.camera.yaw, self.camera.pitch  # [deg] before it looked straight down
         self._untouched = True  # the camera is still the one that fit() chose
         self.setMinimumSize(160, 100)
@@ -71,9 +71,9 @@ class Canvas(QWidget):
         Where OpenGL runs on the processor half of a picture's cost are its edges.
         """
         still = time.monotonic() - self._moved >= STILL_FOR
-        if still or not self._card.is_software:
+        if still or not self.card.is_software:
             return True
-        self._refining.start()
+        self.refining.start()
         return False
 
     def follow(self, number):
@@ -167,16 +167,16 @@ class Canvas(QWidget):
     def _paint_scene(self, painter, look):
         """Paint the scene, its bodies by the graphics card where there is one."""
         seen = self.scene, self.camera, self.width(), self.height(), look
-        if self._card is None or not self._card.suits(self.scene):
+        if self.card is None or not self.card.suits(self.scene):
             paint(painter, drawn(*seen), self._plates)
             return
         ratio = self.devicePixelRatioF()
         size = [max(1, int(ratio * side)) for side in (self.width(), self.height())]
         try:
-            image = self._card.picture(self.scene, self.camera, size, look, self._is_fine())
+            image = self.card.picture(self.scene, self.camera, size, look, self._is_fine())
         except Exception as error:  # whatever drivers do, the painter is there
             LOG.warning("the 3D view goes on without OpenGL: %s", error)
-            self._card = None
+            self.card = None
             paint(painter, drawn(*seen), self._plates)
             return
         painter.drawImage(self.rect(), image)

@@ -27,7 +27,7 @@ class ViewPanel(QWidget):
     def __init__(self, source, revision, parent=None):
         super().__init__(parent)
         self._source, self._revision, self._shown = source, revision, None
-        self._next = 0.0  # [s] of wall time
+        self.next = 0.0  # [s] of wall time
         self.canvas, self.followed, self._numbers = Canvas(), QComboBox(), None
         self.followed.setToolTip("Keep a robot in the centre")
         self.followed.setSizeAdjustPolicy(QComboBox.AdjustToContents)
@@ -57,39 +57,39 @@ class ViewPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(row)
         layout.addWidget(self.canvas, 1)
-        self._timer = QTimer(self, interval=PERIOD)
-        self._timer.timeout.connect(self.refresh)
+        self.timer = QTimer(self, interval=PERIOD)
+        self.timer.timeout.connect(self.refresh)
 
     @guarded
     def showEvent(self, event):
         """Begin to poll for changes, which are not drawn while the view is hidden."""
         super().showEvent(event)
-        self._timer.start()
+        self.timer.start()
         self.refresh()
 
     @guarded
     def hideEvent(self, event):
         """Stop polling."""
         super().hideEvent(event)
-        if hasattr(self, "_timer"):  # else Python has collected it, shown, before Qt takes it down
-            self._timer.stop()
+        if hasattr(self, "timer"):  # else Python has collected it, shown, before Qt takes it down
+            self.timer.stop()
 
     def set_beside(self, beside):
         """Draw less often where the map shows the same beside it, and leave the room to the picture."""
         self._hint.setVisible(not beside)
-        self._timer.setInterval(BESIDE if beside else PERIOD)
+        self.timer.setInterval(BESIDE if beside else PERIOD)
 
     @guarded
     def refresh(self, *_):
         """Show the scene if it has changed."""
         now, revision = time.monotonic(), self._revision()
-        if revision == self._shown or now < self._next:
+        if revision == self._shown or now < self.next:
             return
         self._shown = revision
         scene = self._source()
         self.canvas.show_scene(scene)
         self._offer(scene.state.robots)
-        self._next = now + pacing.pause(self.canvas.cost, pacing.VIEW, len(scene.kinds))
+        self.next = now + pacing.pause(self.canvas.cost, pacing.VIEW, len(scene.kinds))
 
     def _offer(self, numbers):
         """Offer the robots ``numbers`` to follow."""

@@ -197,7 +197,7 @@ class StudyPanels(QWidget):
     def show_time_line(self, cursor):
         """Show the line of the ``TimeCursor`` below the map."""
         self.time_line = TimeLine(cursor)
-        self.map_panel.add_below(self.time_line)
+        self.map_panel.layout().addWidget(self.time_line)
         self._fit()
 
     def tab_order(self):

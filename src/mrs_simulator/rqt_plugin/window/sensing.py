@@ -25,10 +25,13 @@ class Sensing:
         panels.sensors.set_robots(range(1, self._study.scenario.n + 1))
         if panels.sensors.isVisible():
             self._show_state()
-        on_map, in_panel = self._on_map(), self._in_panel()
+        on_map, in_panel = self._shown_of(DRAWN), self._in_panel()
         depth = self._depth(in_panel)
         connection.watch_sensors({**on_map, **in_panel, **depth})
-        mounts = {key: of[0] for key, of in {**on_map, **self._cameras()}.items()}
+        cameras = self._shown_of(
+            ("camera",)
+        )  # whose fields of view are drawn without a subscription
+        mounts = {key: of[0] for key, of in {**on_map, **cameras}.items()}
         if not on_map and not in_panel and not panels.sensors.isVisible():
             panels.map.show_readings({}, mounts)
             return
@@ -96,14 +99,6 @@ class Sensing:
             self._mounts = mounts_of(scenario)
         except ValueError as error:
             self._mounts, self._trouble = {}, reason(error)
-
-    def _on_map(self):
-        """Return the sensors that the map shows."""
-        return self._shown_of(DRAWN)
-
-    def _cameras(self):
-        """Return the cameras whose fields of view the 3D view shows; for that none is subscribed to."""
-        return self._shown_of(("camera",))
 
     def _shown_of(self, types):
         panels = self._panels

@@ -62,27 +62,22 @@ class Ranging(Sensor):
         """
         super().__init__(mount, rows, None)
         self._height = mount.place[2]
-        self._places, self._cone = on_robot(mount.place, inner), cone
+        self.places, self._cone = on_robot(mount.place, inner), cone
         # One origin for all rays that begin at the same place costs less.
         shared = (inner[:, :2] == inner[0, :2]).all()
-        self._origins = self._places[: 1 if shared else None, :2]
-
-    @property
-    def places(self):
-        """Return x, y [m] of each origin and direction [rad] in the robot's frame, (K, 3)."""
-        return self._places
+        self._origins = self.places[: 1 if shared else None, :2]
 
     def read(self, state, environment, rng):
         pose, (least, most) = state.pose[self._rows], (self._settings.least, self._settings.most)
         rays = Rays(
             carried(pose, self._origins),
-            directions(pose[:, 2], self._places[:, 2]),
+            directions(pose[:, 2], self.places[:, 2]),
             state.heights[self._rows] + self._height,
             self._rows,
         )
         ranges = rng.noisy(cast(environment.at(state), rays, most, self._cone))
         ranges = limited(ranges, least, most)
-        return RangeReading(state.time, ranges, self._places, most, self._cone)
+        return RangeReading(state.time, ranges, self.places, most, self._cone)
 
 
 def read_range(section, least, most):

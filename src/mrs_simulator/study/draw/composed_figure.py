@@ -200,16 +200,12 @@ def _draw_panel(name, axes, runs, prediction):
     elif name == INPUTS:
         draw_inputs(figure, run, axes=axes, named=False, marked=bool(others))
         for column, panel in enumerate(axes if others else ()):
-            lay_curves(panel, runs, _input(column), "steps-post")
+            lay_curves(panel, runs, lambda run, k=column: run.command[:, :, k], "steps-post")
     else:
         given = dict(axes=axes[0], named=False, marked=bool(others))
         draw_states(figure, run, name, prediction, **given)
         if others:
             lay_curves(axes[0], runs, functools.partial(values_of, component=name))
-
-
-def _input(column):
-    return lambda run: run.command[:, :, column]
 
 
 def _share_time(curves, axes):

@@ -7,6 +7,7 @@ from matplotlib.cm import viridis
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize, to_hex
 
+from mrs_simulator.core.arrays import are_near
 from mrs_simulator.pictures.palette import START
 
 START_COLOUR = to_hex(START)
@@ -125,10 +126,8 @@ def predicted_of(run, prediction):
 def _near(run, hand):
     """Return ``hand`` (p, n, d) [m] with NaN where it is far away from what ``run`` shows."""
     points = np.clip(run.hand, -FARTHEST_DRAWN, FARTHEST_DRAWN)
-    low, high = np.nanmin(points, axis=(0, 1)), np.nanmax(points, axis=(0, 1))
-    reach = THEORY_REACH * max(LEAST_EXTENT, np.max(high - low))
-    near = ((hand >= low - reach) & (hand <= high + reach)).all(axis=2, keepdims=True)
-    return hand if near.all() else np.where(near, hand, np.nan)
+    near = are_near(hand, points.reshape(-1, points.shape[2]), THEORY_REACH, LEAST_EXTENT)
+    return hand if near.all() else np.where(near[..., np.newaxis], hand, np.nan)
 
 
 def sized(table, few, many):

@@ -28,18 +28,13 @@ def shares(twist):
     return np.clip(np.nan_to_num(twist, nan=0.0), -1.0, 1.0)
 
 
-def is_hover(twist):
-    """Return whether ``twist`` (6,) is the hover mode."""
-    return bool((np.abs(twist) < NOTHING).all())
-
-
 def command(twist, velocity, heading, kind, top, response):
     """Return the command (4,), level velocities and turn rate, of ``twist`` (6,), shares.
 
     ``velocity`` (3,) [m/s], common frame, and ``heading`` [rad] of the robot; ``top`` (4,): its limits;
     ``response`` as of ``flying.response``.
     """
-    if is_hover(twist):
+    if (np.abs(twist) < NOTHING).all():  # the hover mode
         return np.zeros(4)
     tilt = kind.numbers.tilt_max * twist[:2]
     # Its own controller keeps the height, so that thrust grows with the tilt.

@@ -46,16 +46,12 @@ def model_text(name, base, wheels, track, radius):
     ``base``: ``(Mass, Part)``; ``wheels``: the same of the left and of the right one, each in its
     own frame; ``track`` and ``radius`` [m] of the drive.
     """
-    robot = ElementTree.Element("robot", name=name)
-    _link(robot, "base_link", *base)
     sides = zip(JOINTS, wheels, (0.5 * track, -0.5 * track))
-    for joint_name, (mass, part), side in sides:
-        link_name = joint_name[: -len("_joint")]
-        link = _link(robot, link_name, mass, part._replace(collisions=()))
-        geometry = ElementTree.SubElement(ElementTree.SubElement(link, "collision"), "geometry")
-        ElementTree.SubElement(geometry, "sphere", radius=repr(radius))
-        _joint(robot, link_name, "base_link", (0.0, side, 0.0), (0.0, 1.0, 0.0), joint_name)
-    return ElementTree.tostring(robot, encoding="unicode")
+    rows = [
+        (joint[: -len("_joint")], (0.0, side, 0.0), (0.0, 1.0, 0.0), False, wheel)
+        for joint, wheel, side in sides
+    ]
+    return pushed_text(name, base, rows, radius)
 
 
 def pushed_text(name, base, wheels, radius):

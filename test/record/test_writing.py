@@ -93,6 +93,26 @@ def test_a_block_of_several_texts_is_in_the_file_whole_or_not_at_all(
         assert file.read() == "head\n" + "".join("block {}, its end\n".format(k) for k in range(3))
 
 
+def test_blocks_in_a_row_are_kept_one_by_one_where_there_is_no_room(tmp_path, impatient):
+    path = str(tmp_path / "run.csv")
+    blocks = Blocks(path, "head\n")
+    disk = blocks._file = Disk(blocks._file, 12)
+    content = bytearray(b"first\nsecond\nthird\n")
+    blocks.extend(content, [6, 13, 19])
+    content[:] = b"x" * len(content)
+    with open(path) as file:
+        assert file.read() == "head\nfirst\n"
+    assert blocks.trouble and not blocks.lost
+    disk.room = 1000
+    blocks.extend(b"fourth\n", [7])
+    assert not blocks.trouble
+    blocks.add(["fifth\n"])
+    blocks.extend(b"sixth\n", [6])
+    blocks.close()
+    with open(path) as file:
+        assert file.read() == "head\nfirst\nsecond\nthird\nfourth\nfifth\nsixth\n"
+
+
 def test_memory_is_bounded_and_what_is_lost_is_counted(tmp_path, impatient, monkeypatch):
     monkeypatch.setattr(writing, "MOST_PENDING", 100)
     blocks = Blocks(str(tmp_path / "run.csv"), "head\n")

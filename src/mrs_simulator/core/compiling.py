@@ -148,18 +148,20 @@ def _is_in_time():
     return getattr(_thread, "in_time", False)
 
 
-def same_bits(compiled, worth=WORTH, size=1):
+def same_bits(compiled, worth=WORTH, size=1, loading=True):
     """Return ``compiled()``, whose results are numpy's to the bit, where it pays, else None.
 
     As the environment says, else after calls in this process whose sizes add up to ``worth``, when numpy
     has taken about as long as numba takes to load: a tenth of that where it has been loaded.  None
-    :func:`in_time`.
+    :func:`in_time`, and where numba would have to be loaded unless ``loading``.
     """
     if _is_in_time():
         return None
     wanted = _chosen()
     if wanted is not None:
         return compiled() if wanted == "1" else None
+    if not (loading or _is_loaded()):
+        return None
     asked = _asked[compiled] = _asked.get(compiled, 0) + size
     return _available(compiled) if asked > (worth // LOADED if _is_loaded() else worth) else None
 

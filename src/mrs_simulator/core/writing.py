@@ -178,7 +178,7 @@ class Blocks:
         with naming(path):
             self._file = open(path, "wb", buffering=0)
             try:
-                self._put([header])
+                self._put(_encoded([header]))
             except OSError:
                 self._file.close()
                 raise
@@ -199,16 +199,28 @@ class Blocks:
         if self.is_due or (self._size > AT_ONCE and not self.trouble):
             self.flush()
 
+    def extend(self, content, ends):
+        """Append blocks at once: ``content``, bytes that may change afterwards, up to each of ``ends``."""
+        if self._pending:
+            self.flush()
+        if not self.trouble:
+            with contextlib.suppress(OSError):  # there may be room for some of them
+                self._put([content])
+                self._due = time.monotonic() + FLUSH_PERIOD
+                return
+        for begin, end in zip((0, *ends), ends):
+            self.add([str(content[begin:end], "utf-8")])
+
     def flush(self):
         """Write what waits, as far as there is room."""
         done = 0
         try:
             if not self.trouble:
                 with contextlib.suppress(OSError):  # there may be room for some of them
-                    self._put(itertools.chain.from_iterable(self._pending))
+                    self._put(_encoded(itertools.chain.from_iterable(self._pending)))
                     done = len(self._pending)
             for block in self._pending[done:]:
-                self._put(block)
+                self._put(_encoded(block))
                 done += 1
         except OSError as error:
             self.trouble = error.strerror or str(error)
@@ -228,10 +240,11 @@ class Blocks:
         with contextlib.suppress(OSError):
             self._file.close()
 
-    def _put(self, texts):
+    def _put(self, contents):
+        """Append ``contents``, bytes, whole or not at all."""
         size = 0
         try:
-            for content in _encoded(texts):
+            for content in contents:
                 rest = memoryview(content)
                 while rest:
                     rest = rest[self._file.write(rest) :]

@@ -317,7 +317,11 @@ class Recorder:
 
     def _file_away(self, stamps, rows):
         """Write ``rows`` to the file as text."""
-        self._file.add(*self._lines.texts(stamps, rows))
+        filled = self._lines.filled(stamps, rows)
+        if filled is None:
+            self._file.add(*self._lines.texts(stamps, rows))
+        else:
+            self._file.extend(*filled)
         self._note()
 
     def _note(self):

@@ -7,9 +7,12 @@ import argparse
 import os
 from importlib.util import find_spec
 
+import numpy as np
+
 from mrs_simulator.core.compiling import VARIABLE, chosen, is_chosen, is_wanted
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
+from mrs_simulator.record.compiled_rows import Filler
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
 from mrs_simulator.study.bad_input import refusing_bad_input
@@ -61,8 +64,9 @@ def _compile(scenario):
 
 
 def compile_loops():
-    """Compile what runs come to use after a while: the loops of contacts, and of wheels and rotors with
-    forces."""
+    """Compile what runs come to use after a while: the loops of contacts, of wheels and rotors with forces,
+    and of text."""
+    Filler([1], [""]).filled([0.0], np.zeros((1, 1, 7)))
     for content in (TOUCHING, ROLLING, FLYING):
         _compile_run(content)
 
@@ -82,7 +86,7 @@ def _compile_run(content):
 @printing
 def main(argv=None):
     """Compile for the scenarios named, and print for which; by default for all that ship, and the loops of
-    contacts and of forces.
+    contacts, of forces and of text.
 
     Exits with 2 without numba, where the environment forbids compiling, and for bad scenarios.
     """

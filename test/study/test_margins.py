@@ -44,6 +44,16 @@ def scenario_file(folder, text=SCENARIO):
     return path
 
 
+def test_rates_fit_the_step_that_a_scenario_states(tmp_path, capsys):
+    # Periods of whole steps: 0.2 s holds for gain 3 /s, and 0.25 s, 3 gain Tc = 2.25 > 2, does not.
+    stated = scenario_file(tmp_path, SCENARIO + "step: 0.05\n")
+    out = tmp_path / "out"
+    assert run(stated, "--out", out, "--along", "control.rate=2", "--formats", "") == 0
+    (axis,) = json.loads((out / "margins.json").read_text())["axes"]
+    assert (axis["tried"], axis["refused"]) == (8, "")
+    assert axis["breaks"]["near"] == [5.0, 4.0]
+
+
 def test_margins_are_those_of_theory(tmp_path, capsys):
     out = tmp_path / "out"
     along = ["--along", "control.parameters.gain=12", "--along", "control.rate=2"]

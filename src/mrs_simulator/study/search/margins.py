@@ -12,23 +12,31 @@ POINTS = 8  # of an axis that are tried before what breaks is bisected
 MOST_BISECTIONS = 8  # each halves what is left between two points
 GEOMETRIC = 4.0  # [-] ratio of an axis' ends from which on its points are spaced by ratios
 MOST_CORNERS = 64
-SPEED, TRACK = "mismatch.speed", "mismatch.track"
+RATE, SPEED, TRACK = "control.rate", "mismatch.speed", "mismatch.track"
 
 
 class Axis(NamedTuple):
-    """The values of a scenario's ``key`` from the ``nominal`` one to ``end`` [``unit``]."""
+    """The values of a scenario's ``key`` from the ``nominal`` one to ``end`` [``unit``].
+
+    ``step`` [s]: of a rate, whose period is a whole number of such steps, or 0.
+    """
 
     key: str
     nominal: float
     end: float
     unit: str = ""
+    step: float = 0.0
 
     def at(self, share, end=None):
         """Return the value at ``share`` of the way, 0 the nominal one, 1 the ``end``, or another one's."""
         end = self.end if end is None else end
         if self._is_geometric:
-            return round(self.nominal * (end / self.nominal) ** share, 9)
-        return round(self.nominal + share * (end - self.nominal), 9)
+            value = self.nominal * (end / self.nominal) ** share
+        else:
+            value = self.nominal + share * (end - self.nominal)
+        if self.step:
+            value = 1.0 / (self.step * max(1, round(1.0 / (value * self.step))))
+        return round(value, 9)
 
     def share(self, value):
         """Return at which share of the way ``value`` lies, negative on the other side of the nominal."""
@@ -49,7 +57,7 @@ class Axis(NamedTuple):
 USUAL = (
     Axis("mismatch.delay", 0.0, 1.0, "s"),
     Axis("links.loss", 0.0, 0.9),
-    Axis("control.rate", 50.0, 1.0, "Hz"),
+    Axis(RATE, 50.0, 1.0, "Hz"),
     Axis(SPEED, 1.0, 2.0),
     Axis(SPEED, 1.0, 0.25),
     Axis(TRACK, 1.0, 2.0),
@@ -70,6 +78,8 @@ def axes_of(content, wanted=None):
         axes = [axis._replace(nominal=value) for axis, value in own if value is not None]
     else:
         axes = [_axis(content, key, end) for key, end in wanted]
+    step = _nominal(content, "step", 0.0) or 0.0
+    axes = [axis._replace(step=step) if axis.key == RATE else axis for axis in axes]
     return [axis for axis in axes if axis.nominal != axis.end]
 
 
@@ -96,8 +106,8 @@ class Margins:
         """``robots``: their number."""
         self._search, self._axes, self._robots, self._failed = search, axes, robots, ""
 
-    def found(self):
-        """Return a plain mapping: ``nominal``, ``axes``, ``dead`` and ``together``.
+    def found(self, together=True):
+        """Return a plain mapping: ``nominal``, ``axes``, ``dead`` and, if wanted, ``together``.
 
         ``nominal``: what each requirement has to spare, by name; ``axes``: for each its ``key``,
         ``unit``, ``nominal``, ``end``, by name in ``breaks`` the pair of the last value that holds and
@@ -120,7 +130,7 @@ class Margins:
             "failed": self._failed,
             "axes": axes,
             "dead": self._dead(),
-            "together": self._together(axes),
+            "together": self._together(axes) if together else None,
         }
 
     # Along one axis ------------------------------------------------------------------------------

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Make the page of each shipped protocol: python3 docs/make_protocols.py [--text] [NAME ...]
 
-Its picture and its verdict come from a run of its scenario, all else from its docstring and its declared
-parameters: docs/protocols/NAME.md, and in docs/images/protocols NAME.png, and NAME.svg, which moves.  With
---text nothing is run: verdicts and pictures stay.
+Its picture and its verdict come from a run of its scenario, its limits on robots with ramps from what
+make_ramps.py found, all else from its docstring and its declared parameters: docs/protocols/NAME.md, and in
+docs/images/protocols NAME.png, and NAME.svg, which moves.  With --text nothing is run: verdicts and
+pictures stay.
 """
 
 import functools
@@ -12,6 +13,7 @@ import os
 import re
 import sys
 
+import make_ramps
 from make_references import references
 
 from mrs_simulator import simulate
@@ -107,6 +109,7 @@ def page(name, verdict):
         "```text\n{}\n```".format(verdict),
         "![Paths](../images/protocols/{}.png)".format(name),
         "Green: the robots' paths; black: those of theory, where it predicts them.",
+        make_ramps.section(name),
         "What each line says: [a verdict, line by line](../verdict.md). How to write a law of your own: "
         "[protocols](../protocols.md).",
         others(name),

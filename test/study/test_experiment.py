@@ -1,5 +1,6 @@
 """Headless experiments: the six points that a run of the paper's experiment must show, and the rest."""
 
+import gc
 import json
 import os
 import signal
@@ -22,7 +23,7 @@ from mrs_simulator.protocols.loading import ProtocolError
 from mrs_simulator.record.recording import RunError, read_run_csv
 from mrs_simulator.study.results.report import FIGURES, begin_run, control_of, judged, read_run
 from mrs_simulator.study.run.command import main
-from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -245,6 +246,27 @@ def test_a_law_that_fails_stops_the_robots_and_keeps_the_run(tmp_path, capfd):
     assert "ZeroDivisionError: no neighbours" in verdict["ended"]
     assert "in calculateControlLaw" in capfd.readouterr().err
     assert read_run_csv(str(tmp_path / "run.csv")).time[-1] == pytest.approx(0.9)
+
+
+class Collecting(PioneerControl):
+    """Notes whether garbage is collected meanwhile; raises at the end."""
+
+    def calculateControlLaw(self, pos_map):
+        self.collects = [*getattr(self, "collects", []), gc.isenabled()]
+        if len(self.collects) > 2:
+            raise RuntimeError("enough")
+        return [make_twist(0.1, 0.0) for _ in pos_map]
+
+
+@pytest.mark.parametrize("robots, collects", [(7, True), (300, False)])
+def test_no_garbage_is_looked_for_among_the_positions_of_many(robots, collects):
+    poses = np.column_stack([2.0 * np.arange(robots), np.zeros((robots, 2))]).tolist()
+    experiment = Experiment(shipped("paper", robots=robots, poses=poses), Collecting)
+    with pytest.raises(LawFailed, match="enough"):
+        list(experiment.samples())
+    experiment.world.close()
+    assert experiment.control.collects == [collects] * 3
+    assert gc.isenabled()
 
 
 class Leaves(PioneerControl):

@@ -4,7 +4,6 @@ A protocol that imports ``geometry_msgs.msg`` then finds these classes there: it
 """
 
 import importlib.machinery
-import operator
 import sys
 import types
 
@@ -97,7 +96,6 @@ class PlanarTwist(Twist):
 
 
 PlanarTwist.__slots__ = Twist.__slots__  # what messages are printed, compared and pickled by
-v_and_omega = operator.attrgetter("_v", "_omega")  # of Twists without vectors yet
 
 
 def make_twist(v, omega):

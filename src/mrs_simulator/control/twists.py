@@ -1,12 +1,12 @@
 """Commands of a team and the ``Twist`` messages of the hook: conversion, and what is refused."""
 
-import contextlib
 import itertools
 import operator
+import struct
 
 import numpy as np
 
-from mrs_simulator.control.twist_message import Twist, make_twist, v_and_omega
+from mrs_simulator.control.twist_message import Twist, make_twist
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, max_abs
 
 
@@ -38,8 +38,9 @@ def commands_of(twists, numbers, team):
     """
     twists = _in_order(twists, numbers)
     if team.axes == UNICYCLE_AXES:
-        with contextlib.suppress(AttributeError, TypeError, ValueError):
-            return np.array(_rows(map(v_and_omega, twists), len(twists)), order="F")
+        command = _speeds(twists)
+        if command is not None:
+            return command
     table = _table(twists, numbers)
     refused = np.logical_and(table, team.ignored_axes)
     if refused.any():
@@ -48,6 +49,17 @@ def commands_of(twists, numbers, team):
     if team.has_arms:  # a law of Twists leaves them as they are
         result = np.pad(result, [(0, 0), (0, team.arm_joints)])
     return result
+
+
+def _speeds(twists):
+    """Return v and omega, (n, 2), of what ``make_twist`` made; None where there is anything else."""
+    columns, values = np.empty((2, len(twists))), "{}d".format(2 * len(twists))
+    try:
+        v, omega = [each._v for each in twists], [each._omega for each in twists]
+        struct.pack_into(values, columns, 0, *v, *omega)
+    except (AttributeError, struct.error):
+        return None
+    return columns.T
 
 
 def _in_order(twists, numbers):

@@ -1,5 +1,6 @@
-"""Garbage collection of programs that run for long."""
+"""Garbage collection of programs that run for long, or make many objects at once."""
 
+import contextlib
 import gc
 
 
@@ -12,3 +13,19 @@ def spare_garbage_collection():
     gc.unfreeze()
     gc.collect()
     gc.freeze()
+
+
+@contextlib.contextmanager
+def collected_later():
+    """Have no garbage collected while the context lasts, in which more objects are made than are dropped.
+
+    Looking through 1000 positions and Twists, again and again until they are dropped, takes an eighth of
+    what a law takes to make them.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()

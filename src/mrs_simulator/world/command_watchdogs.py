@@ -50,10 +50,12 @@ class Commands(Part):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
 
         One that is not finite, or beyond ``FASTEST``, is refused and counted in ``refused``.
+        Return whether none was.
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        if not max_abs(commands) <= FASTEST:  # nor is nan
+        fit = max_abs(commands) <= FASTEST  # nor is nan
+        if not fit:
             finite = (np.abs(commands) <= FASTEST).all(axis=1)
             rows = np.arange(self._team.n)[rows]
             np.add.at(self.refused, rows[~finite], 1)
@@ -63,6 +65,7 @@ class Commands(Part):
         self.commanded[rows] = True
         if self.efforts is not None:
             self.efforts[rows] = np.nan
+        return fit
 
     def set_efforts(self, rows, efforts):
         """Command the thrusters of vessels ``rows`` (m,) directly, past the vessels' controllers.

@@ -237,9 +237,9 @@ class World:
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
 
         One that is not finite, or beyond ``commands.FASTEST``, is refused and counted in ``refused``;
-        that robot keeps its last command until its own watchdog stops it.
+        that robot keeps its last command until its own watchdog stops it.  Return whether none was.
         """
-        self.commands.set(rows, commands)
+        return self.commands.set(rows, commands)
 
     def place(self, rows, poses, twists=None, z=None):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) in the common frame.

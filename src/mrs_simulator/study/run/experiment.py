@@ -12,6 +12,7 @@ from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call, print_raised, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
+from mrs_simulator.core.garbage import collected_later
 from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
@@ -37,6 +38,7 @@ from mrs_simulator.world.command_watchdogs import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
+FEW = 200  # [-] robots up to whose positions and Twists no garbage is looked for
 ROWS_AT_ONCE = 2000  # [-] samples times robots that are made by one compiled call
 
 
@@ -58,6 +60,7 @@ class Experiment:
         scenario = self.scenario
         self.control = make_control(scenario, protocol)
         self._every = scenario.steps_per_command, scenario.steps_per_record
+        self._makes_objects = self.control.runner.gives_twists and scenario.n > FEW
         self.layout = self.control.team.layout(lambda column: column.given(scenario))
         self._is_basic = {*self.layout.widths} - {("estimate", 3)} == {*basic_layout().widths}
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
@@ -281,10 +284,13 @@ class Experiment:
 
     def command_all(self):
         """Ask the law, and command all robots."""
-        command = self._command(self._known())
-        if not max_abs(command) <= FASTEST:
+        if self._makes_objects:
+            with collected_later():
+                command = self._command(self._known())
+        else:
+            command = self._command(self._known())
+        if not self.world.set_commands(EVERY, command):
             self._refuse_too_fast(command)
-        self.world.set_commands(EVERY, command)
 
     def _refuse_too_fast(self, command):
         """Raise ``LawFailed`` for a ``command`` (n, a) that the world would refuse, after all stand."""

@@ -7,7 +7,6 @@ import numpy as np
 
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.core.writing import Limited
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Run
@@ -16,7 +15,6 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.state.columns import COLUMNS
 from mrs_simulator.state.state_table import stacked
-from mrs_simulator.world.command_watchdogs import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 # Keys of a scenario that ideal robots do without; those of its control.
@@ -104,9 +102,8 @@ def run_of(scenario, protocol):
                 joints = world.joints if world.team.has_joints else None
                 readings = None if sensors.is_idle else sensors.readings(world.time)
                 command = call(control.commands, world.pose, world.time, joints, readings)
-                if not max_abs(command) <= FASTEST:
+                if not world.set_commands(EVERY, command):
                     return None
-                world.set_commands(EVERY, command)
             if step % scenario.steps_per_record == 0:
                 states.append(world.team.recorded(world.state(), control.l).copy())
     finally:

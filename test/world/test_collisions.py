@@ -22,7 +22,7 @@ from mrs_simulator.world.contact.collisions import (
 from mrs_simulator.world.contact.contact_arrays import Contact, Touches
 from mrs_simulator.world.contact.contacts import Contacts
 from mrs_simulator.world.motion import compiled as compiled_motion
-from mrs_simulator.world.motion import kinematic
+from mrs_simulator.world.motion import crowd_steps, kinematic
 from mrs_simulator.world.motion.kinematic import KinematicMotion
 from mrs_simulator.world.world import EVERY, World
 
@@ -186,6 +186,7 @@ LOOPS = {
     compiled_contacts.compiled_note: compiled_contacts.note_all,
     compiled_neighbours.compiled_pairs: compiled_neighbours.pairs_in_cells,
     compiled_motion.compiled_feel: compiled_motion.feel_all,
+    crowd_steps.compiled_step: crowd_steps.step_all,
 }
 WAYS = ["numpy", "loops", "numba"]
 
@@ -273,7 +274,7 @@ def test_a_crowd_by_the_loops_has_numpys_bits(way, monkeypatch):
     wanted = crowd(n)
     used = by(way, monkeypatch)
     assert crowd(n) == wanted
-    assert all(used.values()) or way == "loops" and sum(map(bool, used.values())) == 3
+    assert all(used.values()) or way == "loops" and sum(map(bool, used.values())) == 4
     assert sum(len(told[3]) for told in wanted) > n
 
 

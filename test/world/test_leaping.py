@@ -38,7 +38,13 @@ from mrs_simulator.vehicles.drives import compiled_flight
 from mrs_simulator.world.contact import bodies, collisions, compiled_contacts, contacts
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion import compiled as compiled_motion
-from mrs_simulator.world.motion import compiled_rolling, fused_stepping, kinematic, stretches
+from mrs_simulator.world.motion import (
+    compiled_rolling,
+    crowd_steps,
+    fused_stepping,
+    kinematic,
+    stretches,
+)
 from mrs_simulator.world.part import Part
 from mrs_simulator.world.world import World
 
@@ -315,6 +321,7 @@ def test_contacts_and_forces_are_compiled_ahead():
     compile_loops()
     loops = compiled_neighbours.compiled_pairs(), compiled_motion.compiled_feel()
     loops += compiled_contacts.compiled_push(), compiled_contacts.compiled_note()
+    loops += (crowd_steps.compiled_step(),)
     loops += *compiled_rolling.kernels(), *compiled_flight.compiled_loops()
     assert all(loop.signatures for loop in loops)
 

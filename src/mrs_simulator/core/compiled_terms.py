@@ -66,7 +66,12 @@ def flow_law(term):
 
 
 def linked(function, compile_):
-    """Return ``function`` compiled, with the functions of its module that it calls compiled as well."""
+    """Return ``function`` compiled, with the functions of its module that it calls compiled as well.
+
+    One that has a method ``compiled`` of its own returns itself so, such as ``compiled_cos_sin.cosines``.
+    """
+    if hasattr(function, "compiled"):
+        return function.compiled()
     scope = dict(function.__globals__)
     for name, helper in _helpers(function).items():
         scope[name] = linked(helper, compile_)

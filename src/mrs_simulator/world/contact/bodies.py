@@ -20,7 +20,7 @@ from mrs_simulator.world.contact.collisions import (
     outline_overlap,
     rectangle_overlap,
 )
-from mrs_simulator.world.contact.compiled_contacts import STALE, compiled_push
+from mrs_simulator.world.contact.compiled_contacts import APART, STALE, compiled_push
 from mrs_simulator.world.contact.contact_arrays import Contact, Touches, robot_name
 from mrs_simulator.world.contact.heights import Heights
 
@@ -50,12 +50,12 @@ class Bodies:
         # (n,) bool of those that a solver cannot move, since they stand; None: no robot
         self.resting = None
         self._is_plain = self.footprints.round is None and not (self._are_mirrored or obstacles)
-        self._outlines = self.footprints.of_all(team.n)
+        self._outlines = self.footprints.of_all(team.n)[::-1]
         self._list = VerletList(2.0 * self.footprints.farthest)
         self._bounds = np.square([  # of ``push_all``
             0.5 * SKIN, self._list.reach + LOOSE, 0.5 * LOOSE, self._list.reach
         ])  # fmt: skip
-        self._room_for = np.empty((2, 0), int), np.empty((3, 0))  # what it fills
+        self._kept_of = self._known = None  # listed pairs, and what it takes of them
         self.moved_elsewhere()
         self.heights = Heights(team)
         self._afloat = team.afloat  # what floats draws water, and runs aground
@@ -234,7 +234,7 @@ class Bodies:
         return float(room) - ROUNDING  # a number of Python's, which each step counts down
 
     def _pushed_apart(self, pose, z=None):
-        if self._is_plain and z is None and not np.count_nonzero(self.solved):
+        if z is None and self.is_plain:
             contacts = self._pushed_by_loop(pose)
             if contacts is not None:
                 return contacts
@@ -280,6 +280,50 @@ class Bodies:
                 return None
         if measured[1] <= self._bounds[0]:
             self._measured = (pose, *measured)
+        return self._touches(hits)
+
+    def step_by_loop(self, step, given, pose, after):
+        """Let the compiled ``crowd_steps.step_all`` move robots; return the contacts.
+
+        ``given``: its arguments up to ``reach``; ``pose`` (n, 3), which it fills, and what it fills
+        ``after`` it.  None where it cannot be, with nothing done.
+        """
+        room = self.room, self._free, (pose if self._looked is None else self._looked)[:, :2].T
+        listed = self._list.listed_last() or self._list.listed(given[0][0][:2].T)
+        for _ in range(2):
+            known = (pose.T, *after), room, *self._looked_up(listed)
+            hits, nearest, moved, left = step(*given, *known)
+            if hits != STALE:
+                break
+            listed = self._list.listed(pose[:, :2])
+        else:
+            return None
+        self.room, self._measured = left, None
+        if hits == APART:
+            return []
+        self._headed = pose, after[1]
+        if moved <= self._bounds[0]:
+            self._measured = pose, nearest, moved
+        self._free = self.room = 0.0 if hits else self._room_to_move(pose)
+        self._looked = pose
+        return self._touches(hits)
+
+    @property
+    def is_plain(self):
+        """Return whether all are rectangles that give way alike, and there is nothing else."""
+        return self._is_plain and not np.count_nonzero(self.solved)
+
+    def _looked_up(self, listed):
+        """Return what ``push_all`` takes after the headings, with the pairs ``listed``."""
+        if self._kept_of is not listed:
+            m, n = len(listed[0]), listed[2].shape[1]
+            kept = np.empty((2, m + 1), int), np.empty((2, n)), np.array([-1])
+            self._kept_of, self._room_for = listed, (np.empty((2, m), int), np.empty((3, m)))
+            self._known = self._outlines, listed, kept, self._bounds, PASSES, *self._room_for
+        return self._known
+
+    def _touches(self, hits):
+        """Return the ``Touches`` of so many pairs, as ``push_all`` has filled them in."""
         if not hits:
             return Touches()
         rows, found = (each[:, :hits].copy() for each in self._room_for)
@@ -287,12 +331,8 @@ class Bodies:
 
     def _push(self, push, pose, listed):
         """Return what ``push_all`` does of robots at ``pose`` (n, 3), which it moves."""
-        if self._room_for[0].shape[1] < len(listed[0]):
-            self._room_for = np.empty((2, len(listed[0])), int), np.empty((3, len(listed[0])))
-        (half, ahead), turned = self._outlines, self.headings(pose)
         columns = np.ascontiguousarray(pose.T)  # as it is, mostly
-        given = columns, *turned, ahead, half, listed, self._bounds, PASSES, *self._room_for
-        result = push(*given)
+        result = push(columns, *self.headings(pose), *self._looked_up(listed))
         if not pose.flags.f_contiguous:
             pose[:, :2] = columns[:2].T
         return result

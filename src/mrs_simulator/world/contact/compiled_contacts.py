@@ -12,48 +12,53 @@ from mrs_simulator.core.compiled_terms import linked
 from mrs_simulator.core.compiling import jit
 
 STALE = -1  # returned where robots went so far that pairs are to be listed anew
+APART = -2  # returned where no two bodies can have come together since they were looked at
 UNSORTED = -1  # returned where pairs do not ascend
 
 
-def push_all(pose, cos, sin, ahead, half, listed, bounds, passes, rows, found):
+def push_all(pose, cos, sin, outlines, listed, kept, bounds, passes, rows, found):
     """Push overlapping rectangles at ``pose`` (3, n) apart, in place, as ``Bodies.separate`` does.
 
-    ``cos``, ``sin`` (n,): of their headings; ``ahead`` (n,) and ``half`` (n, 2) [m] as ``Footprints`` has
-    them; ``listed``: rows of the pairs listed (m,), (m,), and where robots were then (2, n); ``bounds``:
-    squares [m^2] of the way for which the list is whole, of the distance below which a pair is looked at,
-    of the way for which that is enough, and of the distance below which bodies can touch.  Filled:
-    ``rows`` (2, m), and middle and depth, ``found`` (3, m), of the pairs that overlap at first.
+    ``cos``, ``sin`` (n,): of their headings; ``outlines``: ``ahead`` (n,) and ``half`` (n, 2) [m] as
+    ``Footprints`` has them; ``listed``: rows of the pairs listed (m,), (m,), and where robots were then
+    (2, n); ``kept``: those of them that are looked at, rows (2, m + 1), where robots were when they were
+    selected (2, n), and how many they are, (1,), -1 before; ``bounds``: squares [m^2] of the way for which
+    the list is whole, of the distance below which a pair is looked at, of the way for which that is
+    enough, and of the distance below which bodies can touch.  Filled: ``rows`` (2, m), and middle and
+    depth, ``found`` (3, m), of the pairs that overlap at first.
 
     Returns how many these are, the square of the least distance of pairs listed, and that of the farthest
     way from where they were listed, both afterwards; ``STALE`` with nothing changed.
     """
-    first, second, origin = listed
-    x, y = pose[0].copy(), pose[1].copy()
+    (first, second, origin), (near, places, known) = listed, kept
+    x, y, hits, moved = pose[0].copy(), pose[1].copy(), 0, np.ones(pose.shape[1], dtype=np.bool_)
     if farthest(x, y, origin[0], origin[1]) > bounds[0]:
         return STALE, 0.0, 0.0
-    a, b, terms = looked_at(x, y, cos, sin, half, first, second, bounds[1])
-    x0, y0, hits = x.copy(), y.copy(), 0
+    m, a, b = known[0], near[0], near[1]
+    hit, shift, deep = np.empty_like(a), np.empty((2, len(a))), np.empty(len(a))
     for turn in range(passes):
-        if turn and farthest(x, y, x0, y0) > bounds[2]:
-            if farthest(x, y, origin[0], origin[1]) > bounds[0]:
+        if m < 0 or farthest(x, y, places[0], places[1]) > bounds[2]:
+            if turn and farthest(x, y, origin[0], origin[1]) > bounds[0]:
                 return STALE, 0.0, 0.0
-            a, b, terms = looked_at(x, y, cos, sin, half, first, second, bounds[1])
-            x0, y0 = x.copy(), y.copy()
-        hit, shift, deep = overlaps(x, y, cos, sin, ahead, a, b, terms)
-        if len(hit) == 0:
+            places[0], places[1] = x, y
+            m = known[0] = looked_at(x, y, first, second, bounds[1], a, b)
+        seen = a[:m], b[:m], moved, bounds[3]
+        count = overlaps(x, y, cos, sin, *outlines, *seen, hit, shift, deep)
+        if count == 0:
             break
         if turn == 0:
-            hits = len(hit)
+            hits = count
             for k in range(hits):
                 i, j = a[hit[k]], b[hit[k]]
                 rows[0, k], rows[1, k] = i, j
                 found[0, k], found[1, k] = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])
-                found[2, k] = deep[hit[k]]
-        part(x, y, a, b, hit, shift)
+                found[2, k] = deep[k]
+        part(x, y, a, b, hit[:count], shift, moved)
     if hits:
         pose[0], pose[1] = x, y
-    nearest = least(x, y, a, b)
-    if nearest >= bounds[3]:  # that of another pair may be less
+    nearest = least(x, y, a[:m], b[:m])
+    # That of another pair may be less.
+    if nearest >= bounds[3] or farthest(x, y, places[0], places[1]) > bounds[2]:
         nearest = least(x, y, first, second)
     return hits, nearest, farthest(x, y, origin[0], origin[1])
 
@@ -67,68 +72,58 @@ def least(x, y, first, second):
     return nearest
 
 
-def looked_at(x, y, cos, sin, half, first, second, bound):
-    """Return which pairs are closer than the square root of ``bound`` [m^2], rows (k,) and (k,).
-
-    And, (8, k), what of them stays while they keep their headings: cosine and sine of both, and half of
-    both bodies' extents [m] along their four axes.
-    """
-    near, m = np.empty(len(first) + 1, dtype=np.int64), 0
+def looked_at(x, y, first, second, bound, a, b):
+    """Return how many pairs are closer than the square root of ``bound`` [m^2]; ``a``, ``b``: filled with
+    these."""
+    m = 0
     for k in range(len(first)):
         dx, dy = x[second[k]] - x[first[k]], y[second[k]] - y[first[k]]
-        near[m] = k
+        a[m], b[m] = first[k], second[k]
         m += dx * dx + dy * dy < bound
-    near = near[:m]
-    a, b, terms = first[near], second[near], np.empty((8, m))
-    for k in range(m):
-        i, j = a[k], b[k]
-        turn = abs(cos[i] * cos[j] + sin[i] * sin[j])
-        across = abs(cos[i] * sin[j] - sin[i] * cos[j])
-        terms[0, k], terms[1, k], terms[2, k], terms[3, k] = cos[i], sin[i], cos[j], sin[j]
-        terms[4, k] = half[i, 0] + half[j, 0] * turn + half[j, 1] * across
-        terms[5, k] = half[i, 1] + half[j, 0] * across + half[j, 1] * turn
-        terms[6, k] = half[j, 0] + half[i, 0] * turn + half[i, 1] * across
-        terms[7, k] = half[j, 1] + half[i, 0] * across + half[i, 1] * turn
-    return a, b, terms
+    return m
 
 
-def overlaps(x, y, cos, sin, ahead, a, b, terms):
-    """Return which of the pairs ``a``, ``b`` (k,) overlap, (m,), their shifts (2, m) and depths (k,) [m].
+def overlaps(x, y, cos, sin, ahead, half, a, b, moved, bound, hit, shift, deep):
+    """Return how many of the pairs ``a``, ``b`` (k,) overlap, and fill in which, ``hit`` (k,), their shifts
+    (2, k) and how ``deep`` (k,) [m].
 
-    By separating axes, as ``collisions.rectangle_overlap``; ``terms`` (8, k) as of ``looked_at``.
+    Only pairs that are closer than the square root of ``bound`` [m^2] and of which one has ``moved`` (n,)
+    since they were last looked at.  By separating axes, as ``collisions.rectangle_overlap``.
     """
-    m, middle_x, middle_y = len(a), np.empty(len(x)), np.empty(len(x))
-    dx, dy, deep, hit, count = np.empty(m), np.empty(m), np.empty(m), np.empty(m + 1, np.int64), 0
-    for row in range(len(x)):
-        middle_x[row], middle_y[row] = (
-            x[row] + ahead[row] * cos[row],
-            y[row] + ahead[row] * sin[row],
-        )
-    for k in range(m):
-        dx[k], dy[k] = middle_x[b[k]] - middle_x[a[k]], middle_y[b[k]] - middle_y[a[k]]
-    for k in range(m):
-        own = terms[4, k] - abs(terms[0, k] * dx[k] + terms[1, k] * dy[k])
-        left = terms[5, k] - abs(-terms[1, k] * dx[k] + terms[0, k] * dy[k])
-        other = terms[6, k] - abs(terms[2, k] * dx[k] + terms[3, k] * dy[k])
-        beside = terms[7, k] - abs(-terms[3, k] * dx[k] + terms[2, k] * dy[k])
-        deep[k] = min(min(own, left), min(other, beside))
-    for k in range(m):
-        hit[count] = k
-        count += deep[k] > 0.0
-    hit, shift = hit[:count], np.empty((2, count))
-    for k in range(count):
-        pair = hit[k]
-        for side in range(4):  # the first of those at which it is least
-            u, v = terms[side - side % 2, pair], terms[side - side % 2 + 1, pair]
-            if side % 2:
-                u, v = -v, u
-            along = u * dx[pair] + v * dy[pair]
-            if terms[4 + side, pair] - abs(along) == deep[pair]:
-                break
+    count = near = 0
+    for k in range(len(a)):
+        i, j = a[k], b[k]
+        dx, dy = x[j] - x[i], y[j] - y[i]
+        hit[near] = k
+        near += (dx * dx + dy * dy < bound) & (moved[i] | moved[j])
+    for k in hit[:near]:
+        i, j = a[k], b[k]
+        (u, v), (p, q) = (cos[i], sin[i]), (cos[j], sin[j])
+        turn, across = abs(u * p + v * q), abs(u * q - v * p)
+        dx = (x[j] + ahead[j] * p) - (x[i] + ahead[i] * u)
+        dy = (y[j] + ahead[j] * q) - (y[i] + ahead[i] * v)
+        ways = u * dx + v * dy, -v * dx + u * dy, p * dx + q * dy, -q * dx + p * dy
+        own = half[i, 0] + half[j, 0] * turn + half[j, 1] * across - abs(ways[0])
+        left = half[i, 1] + half[j, 0] * across + half[j, 1] * turn - abs(ways[1])
+        other = half[j, 0] + half[i, 0] * turn + half[i, 1] * across - abs(ways[2])
+        beside = half[j, 1] + half[i, 0] * across + half[i, 1] * turn - abs(ways[3])
+        least_deep = min(min(own, left), min(other, beside))
+        if not least_deep > 0.0:
+            continue
+        if own == least_deep:  # the first of those at which it is least
+            along = ways[0]
+        elif left == least_deep:
+            along, u, v = ways[1], -v, u
+        elif other == least_deep:
+            along, u, v = ways[2], p, q
+        else:
+            along, u, v = ways[3], -q, p
         sign = -1.0 if along < 0.0 else 1.0
-        shift[0, k] = 0.5 * deep[pair] * (sign * u)
-        shift[1, k] = 0.5 * deep[pair] * (sign * v)
-    return hit, shift, deep
+        hit[count], deep[count] = k, least_deep
+        shift[0, count] = 0.5 * least_deep * (sign * u)
+        shift[1, count] = 0.5 * least_deep * (sign * v)
+        count += 1
+    return count
 
 
 def farthest(x, y, x0, y0):
@@ -140,14 +135,15 @@ def farthest(x, y, x0, y0):
     return most
 
 
-def part(x, y, a, b, hit, shift):
+def part(x, y, a, b, hit, shift, moved):
     """Move the robots ``a`` and ``b`` of the pairs ``hit`` (m,) by ``shift`` (2, m) [m], the first ones
-    back, in place."""
+    back, in place; fill in which have ``moved`` (n,)."""
     for row in range(len(x)):  # np.bincount makes -0.0 to 0.0
-        x[row], y[row] = x[row] + 0.0, y[row] + 0.0
+        x[row], y[row], moved[row] = x[row] + 0.0, y[row] + 0.0, False
     for k in range(len(hit)):
         x[a[hit[k]]] -= shift[0, k]
         y[a[hit[k]]] -= shift[1, k]
+        moved[a[hit[k]]] = moved[b[hit[k]]] = True
     for k in range(len(hit)):
         x[b[hit[k]]] += shift[0, k]
         y[b[hit[k]]] += shift[1, k]

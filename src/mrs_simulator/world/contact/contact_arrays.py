@@ -1,9 +1,13 @@
 """Contacts of one step: those of robots with each other as arrays, which one by one cost too much."""
 
+import functools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+
+from mrs_simulator.record.recording import Collision
+from mrs_simulator.scenario.scenario import MOST_ROBOTS
 
 
 class Contact(NamedTuple):
@@ -34,6 +38,14 @@ class Touches(Sequence):
         middle, depth, z = self._pairs
         return Contact(*names, *middle[k].tolist(), float(depth[k]), float(z[k]))
 
+    def starts(self, pairs, time):
+        """Return the ``Collision``s of the ``pairs`` (k,) of robots that begin to touch at ``time`` [s]."""
+        columns = self.first[pairs], self.second[pairs], self._pairs[0][pairs]
+        return [
+            Collision(time, robot_name(first), robot_name(second), x, y)
+            for first, second, (x, y) in zip(*(each.tolist() for each in columns))
+        ]
+
     def __len__(self):
         return len(self.first) + len(self.others)
 
@@ -42,6 +54,7 @@ class Touches(Sequence):
         return self.pair(k) if k < len(self.first) else self.others[k - len(self.first)]
 
 
+@functools.lru_cache(maxsize=MOST_ROBOTS)
 def robot_name(row):
     """Return the name of the robot in ``row``."""
     return "robot{}".format(row + 1)

@@ -63,8 +63,7 @@ class Contacts(Part):
         at = self._pairs.searchsorted(pairs)
         known = self._pairs[at] == pairs
         fresh = ~known | self._is_over(self._steps[at])
-        for k in np.flatnonzero(fresh).tolist():
-            self._new.append(Collision(self._clock.time, *touches.pair(k)[:4]))
+        self._begin(touches, fresh)
         self._steps[at[known]] = self._clock.steps
         if not known.all():
             kept = ~self._is_over(self._steps)
@@ -84,9 +83,14 @@ class Contacts(Part):
         if count == UNSORTED:
             return False
         self._pairs, self._steps = pairs[:count], steps[:count]
-        for row in np.flatnonzero(fresh).tolist():
-            self._new.append(Collision(clock.time, *touches.pair(row)[:4]))
+        self._begin(touches, fresh)
         return True
+
+    def _begin(self, touches, fresh):
+        """Note that the pairs of ``touches`` that are ``fresh``, (k,) bool, begin to touch now."""
+        begun = np.flatnonzero(fresh)
+        if len(begun):
+            self._new += touches.starts(begun, self._clock.time)
 
     def measure(self):
         """Return the least distance [m] between two centres so far, now included."""

@@ -22,6 +22,7 @@ from mrs_simulator.vehicles.drives import differential, omnidirectional
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.contact.bodies import Bodies
 from mrs_simulator.world.motion.compiled import compiled_approached, compiled_carried, compiled_feel
+from mrs_simulator.world.motion.crowd_steps import compiled_step
 from mrs_simulator.world.motion.stretches import STALE
 
 
@@ -84,6 +85,7 @@ class KinematicMotion:
         # [m] the longest way in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
         self._encoders, self._bounds, self._shares = encoders, None, None
+        self._is_alike = None  # whether all are unicycles that nothing but their wheels moves
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
         self._mirrored = np.array(sorted(mirrored), dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
@@ -153,12 +155,38 @@ class KinematicMotion:
         if len(self._mirrored):
             command = command.copy(order="K")
             command[self._mirrored] = 0.0
+        if self._contacts and self._step_by_loop(command):
+            return
         before = self.pose
         free = self._moved(before, command)
         self.pose, self._twist = free.copy(order="F"), None
         self._contacts = self._separate()
         if self._contacts:
             self._feel_contacts(before, free)
+
+    def _step_by_loop(self, command):
+        """As :meth:`advance`, of unicycles in a crowd, in one compiled call; return whether that can be."""
+        if self._is_alike is None:
+            self._is_alike = self.can_leap and self.team.groups[0].drive is differential
+        if not (self._is_alike and self._bodies.is_plain):
+            return False
+        step = same_bits(compiled_step)
+        if step is None:
+            return False
+        if self._bounds is None:
+            self._bounds = self._bounds_of_leaps()
+        n, before = self.team.n, self.pose
+        pose, inner = np.empty((n, 3), order="F"), np.empty((n, 2), order="F")
+        after = inner.T, (np.empty(n), np.empty(n))
+        share = self.step * DIAGONAL if SHORT < self._reach < np.inf else 0.0
+        state = before.T, self._inner.T, self._bodies.headings(before)
+        obeyed = np.asfortranarray(command).T, *self._bounds
+        given = state, obeyed, self.step, (self._reach, share)
+        contacts = self._bodies.step_by_loop(step, given, pose, after)
+        if contacts is None:
+            return False
+        self.pose, self._inner, self._twist, self._contacts = pose, inner, None, contacts
+        return True
 
     @property
     def can_leap(self):

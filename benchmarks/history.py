@@ -100,7 +100,11 @@ def commit():
     """Return the short name of the commit checked out, with a + where files were changed since."""
     try:
         name = _git("rev-parse", "--short", "HEAD")
-        return name + ("+" if _git("status", "--porcelain", "--untracked-files=no") else "")
+        return name + (
+            "+"
+            if _git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!" + PATH)
+            else ""
+        )
     except (OSError, subprocess.SubprocessError):
         return "unknown"
 
@@ -134,9 +138,11 @@ class Report:
     def __init__(self, benchmark, keep=False, path=PATH):
         """``benchmark``: its name; ``keep``: append what is noted to the file at ``path``.
 
-        Exits where others use more than ``MOST_LOAD`` cores.
+        Exits where others use more than ``MOST_LOAD`` cores; where more are allowed, nothing is kept.
         """
         self.benchmark, self._keep, self._path = benchmark, keep, path
+        if keep and OVERRIDE in os.environ:
+            raise SystemExit("{}: figures of a busy machine are not kept".format(OVERRIDE))
         load = checked_load()
         machine = {"cpu": cpu_model(), "cores": str(os.cpu_count())}
         self._same = dict(

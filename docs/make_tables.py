@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Bring the generated tables of these pages up to date: python3 docs/make_tables.py
 
-Tables of keys and parameters are made of their declarations, each between two marks in its page.
+Tables of keys and parameters are made of their declarations, and those of speeds of what was measured, each
+between two marks in its page.
 """
 
 import os
@@ -15,6 +16,7 @@ from mrs_simulator.scenario import keys
 DOCS = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, DOCS)
 import make_protocols  # noqa: E402, beside this file
+import make_speeds  # noqa: E402
 
 BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
 
@@ -27,6 +29,8 @@ def tables():
         "scenarios.md": {"keys": keys.table()},
         "shipped_protocols.md": {"protocols": make_protocols.overview()},
         "gallery.md": {"pictures": make_protocols.pictures()},
+        "benchmarks.md": make_speeds.tables(),
+        os.path.join("..", "README.md"): {"speed": make_speeds.sentence(make_speeds.newest())},
     }
 
 

@@ -60,6 +60,15 @@ def test_nothing_is_kept_unless_wanted_nor_compared_with_another_machine(
     assert noted(history, monkeypatch, capsys, path, 1000.0, 9.0, "s").endswith("-")
 
 
+def test_figures_of_a_busy_machine_are_not_kept(history, monkeypatch, capsys, tmp_path):
+    path = str(tmp_path / "history.csv")
+    monkeypatch.setenv(history.OVERRIDE, "9")
+    noted(history, monkeypatch, capsys, path, 1000.0, 1.0, "s", keep=False)
+    with pytest.raises(SystemExit, match="figures of a busy machine are not kept"):
+        noted(history, monkeypatch, capsys, path, 1000.0, 1.0, "s")
+    assert not os.path.exists(path)
+
+
 def test_a_unit_of_unknown_direction_is_refused(history):
     with pytest.raises(ValueError, match="unit 'miles': wanted one of"):
         history.slowness(1.0, "miles", 1.0)

@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 
 import pytest
 import yaml
@@ -61,6 +62,17 @@ def test_speeds_on_the_first_pages_are_measured_ones():
     for line in (*peers, headline, *re.findall(r"(?:beside|does|do) ([\d., and]+)", better)):
         for number in NUMBER.findall(line):
             assert number.rstrip(",") in measured, (number, line)
+
+
+def test_the_speeds_of_the_first_page_are_those_measured_last():
+    """Else: write those of docs/benchmarks.md into README's row of this package."""
+    sys.path.insert(0, os.path.join(ROOT, "docs"))
+    try:
+        import make_speeds
+    finally:
+        sys.path.remove(os.path.join(ROOT, "docs"))
+    whole = ", ".join(make_speeds.headline(make_speeds.newest()))
+    assert "| **{}** |\n".format(whole) in text("README.md")
 
 
 def test_what_the_first_page_counts_is_there():

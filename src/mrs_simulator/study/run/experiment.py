@@ -39,7 +39,7 @@ from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
 FEW = 200  # [-] robots up to whose positions and Twists no garbage is looked for
-ROWS_AT_ONCE = 2000  # [-] samples times robots that are made by one compiled call
+ROWS_AT_ONCE = 4000  # [-] samples times robots that are made by one compiled call
 
 
 class LawFailed(RuntimeError):

@@ -261,16 +261,22 @@ def _fitted(time, asked, went, change, spread, ramping):
         :, np.newaxis
     ]
     share[change > HARSH * duration[:, np.newaxis]] = 0.0
-    columns = np.stack([asked, -slope, np.ones_like(asked)], axis=3) * share[..., np.newaxis]
+    columns = share * asked, -share * slope, np.broadcast_to(share, asked.shape)
     off = share * (went - asked)
-    square = np.einsum("knci,kncj->ncij", columns, columns)
-    target = np.einsum("knci,knc->nci", columns, off)
+    square, target = np.empty((*asked.shape[1:], 3, 3)), np.empty((*asked.shape[1:], 3))
+    for i, column in enumerate(columns):
+        target[..., i] = _summed(column, off)
+        for j, other in enumerate(columns[: i + 1]):
+            square[..., i, j] = square[..., j, i] = _summed(column, other)
     prior = np.eye(3) * (spread**-2.0)[..., np.newaxis, :]
     # Residuals of a fit that may go far beyond the spread: what the model cannot explain at all.
     inverse = _inverses(square / least[..., np.newaxis, np.newaxis] ** 2 + 1e-6 * prior)
     free = np.einsum("ncij,ncj->nci", inverse, target / least[..., np.newaxis] ** 2)
-    left = off - np.einsum("knci,nci->knc", columns, free)
-    noise = np.maximum(least, np.sqrt((left**2).mean(axis=0) * _repeated(left)))[..., np.newaxis]
+    left = off - columns[0] * free[..., 0]
+    left -= columns[1] * free[..., 1]
+    left -= share * free[..., 2]
+    power = _summed(left, left)
+    noise = np.maximum(least, np.sqrt(power / len(left) * _repeated(left, power)))[..., np.newaxis]
     # Each with the other two held to their spread; 1e-9 of what is not excited at all.
     held = (1.0 + 1e-9) - np.eye(3)[:, np.newaxis, np.newaxis, np.newaxis]
     inverse = _inverses(square / noise[..., np.newaxis] ** 2 + prior * held)
@@ -300,10 +306,14 @@ def _inverses(matrix):
     return result
 
 
-def _repeated(left):
-    """Return how many residuals (k, n, c) count as one that is independent, (n, c)."""
-    power = np.maximum((left**2).sum(axis=0), 1e-300)
-    rho = np.clip((left[1:] * left[:-1]).sum(axis=0) / power, 0.0, 0.95)
+def _summed(first, second):
+    """Return the sums (n, c) of products of (k, n, c) and (k, n, c)."""
+    return np.einsum("knc,knc->nc", first, second)
+
+
+def _repeated(left, power):
+    """Return how many residuals (k, n, c), of ``power`` (n, c), count as one independent one, (n, c)."""
+    rho = np.clip(_summed(left[1:], left[:-1]) / np.maximum(power, 1e-300), 0.0, 0.95)
     return (1.0 + rho) / (1.0 - rho)
 
 

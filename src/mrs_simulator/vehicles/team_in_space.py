@@ -37,18 +37,15 @@ class TeamInSpace(Team):
         return result
 
     def velocity(self, command, pose, joints, l, period):
-        """Return the points' velocities (n, 3) [m/s] under ``command`` (n, a)."""
         across = super().velocity(command, pose, joints, l, period)
         return np.column_stack([across, command[:, self._climb]])
 
     def command(self, velocity, pose, joints, l, period, pointing=None):
-        """Return the commands (n, a) that give the points ``velocity`` (n, 3) [m/s]."""
         result = super().command(velocity, pose, joints, l, period, pointing)
         result[:, self._climb] = velocity[:, 2]
         return result
 
     def velocities_in(self, command, pose, points, l, period):
-        """Return the points' velocities (k, n, 3) [m/s] under recorded commands (k, n, a)."""
         across = super().velocities_in(command, pose, points[..., :2], l, period)
         return np.concatenate([across, command[..., self._climb, np.newaxis]], axis=-1)
 

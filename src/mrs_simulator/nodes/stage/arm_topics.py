@@ -30,7 +30,6 @@ class ArmTopics(StagePart):
         self._outcomes = {}  # by row: None while it goes on, "" when it has ended, else why it did not
 
     def follow_team(self, scenario):
-        """Open the topics of the world's robots, instead of those before."""
         for topic in self._open:
             withdraw(topic)
         self._open, self._states, self._paths = [], {}, {}
@@ -134,7 +133,6 @@ class ArmTopics(StagePart):
             self._break_off(row)
 
     def publish(self, stamp):
-        """Publish the joints of all arms with subscribers."""
         world = self._world
         for row, publisher in self._states.items() if self._chains else ():
             if publisher.get_num_connections():

@@ -24,7 +24,6 @@ class IgnoredAxes(StagePart):
         self._obeyed[:, self._columns] = team.robot_axes
 
     def taken(self, rows, commands):
-        """Return the commands (m, a) that robots ``rows`` obey of the Twists ``commands`` (m, 6)."""
         twists = commands
         left_out = (twists != 0.0) & ~self._obeyed[rows]
         if left_out.any():

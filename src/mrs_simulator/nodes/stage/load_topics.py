@@ -18,7 +18,6 @@ class LoadTopics(StagePart):
         self._pose, self._wrenches = None, []
 
     def follow_team(self, scenario):
-        """Open the topics of the world's load and robots, instead of those before."""
         for topic in [self._pose, *self._wrenches]:
             if topic is not None:
                 topic.unregister()
@@ -32,7 +31,6 @@ class LoadTopics(StagePart):
             self._wrenches.append(opened)
 
     def publish(self, stamp):
-        """Publish what has subscribers."""
         if self._pose is None or self._world.load is None:
             return
         carried = self._world.load.state

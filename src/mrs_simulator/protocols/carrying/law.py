@@ -110,7 +110,6 @@ class Carrying(Tracking, PioneerControl):
         return at[:, :-1], at[:, -1]
 
     def wanted(self, time):
-        """Return where the tools are wanted at ``time`` (m,) [s], (m, n, d) [m]."""
         place, yaw = self.of_load(time)
         cos, sin = (each[:, np.newaxis] for each in cos_sin(yaw))
         x, y, *up = self._grasps.T
@@ -118,7 +117,6 @@ class Carrying(Tracking, PioneerControl):
         return np.stack(turned, axis=-1) + place[:, np.newaxis]
 
     def pointMassLaw(self, hand):
-        """Return the tools' velocities, (n, d) [m/s]."""
         now, then = self.wanted([self.time, self.time + self.period])
         error = hand - now
         drawn = self.coupling * (self.topology.laplacian() @ error)

@@ -41,7 +41,6 @@ class Integrating(Resumable, Shaped):
         self._integral = 0.0
 
     def law(self, hand):
-        """Return the velocities (n, 2) [m/s]."""
         u, self._integral = self._next(hand, self._integral)
         return u
 

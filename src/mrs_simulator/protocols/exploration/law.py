@@ -51,7 +51,6 @@ class Exploration(PioneerControl):
         return super().calculateControlLaw(pos_map)
 
     def pointMassLaw(self, hand):
-        """Return the points' velocities (n, 2) [m/s]."""
         if self._floor is None:
             self._floor = self.floor()
             self._seen = np.zeros(self._floor.free.shape, dtype=bool)

@@ -111,7 +111,6 @@ class Flocking(DoubleIntegrator):
         return values
 
     def set_parameters(self, given):
-        """Set the parameters and the pair force."""
         super().set_parameters(given)
         self._lattice = flocking_equations.Lattice(
             self.distance, self.reach, self.strength, self.strength
@@ -246,7 +245,6 @@ class CuckerSmale(DoubleIntegrator):
         return own + level([self.drift, 0.0], self.dimension)
 
     def accelerations(self, hand, velocity):
-        """Return the accelerations, (n, d) [m/s^2]."""
         return self.gain * flocking_equations.cucker_smale(hand, velocity, self.beta, self.reach)
 
     def claims(self, start):

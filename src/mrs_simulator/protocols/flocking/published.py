@@ -30,7 +30,6 @@ class Accelerated(Published):
         return None
 
     def resumed(self, velocity, memory):
-        """Return the memory after the command ``velocity`` (n, d) [m/s]."""
         return velocity, memory[1]
 
     def velocity(self, points, time, memory):

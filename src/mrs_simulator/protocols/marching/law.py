@@ -307,7 +307,6 @@ class LeaderFollower(Shaped):
     _pose = None
 
     def set_parameters(self, given):
-        """Set the parameters and lay out the leader's path."""
         super().set_parameters(given)
         self._path = _path_of(self.parameters)
 

@@ -73,7 +73,6 @@ class Platoon(Remembering):
         self._history = []
 
     def law(self, hand):
-        """Return the velocities, (n, d) [m/s]."""
         errors = hand - self._first
         self._history = (self._history + [errors])[-self.delay_steps - 1 :]
         full = len(self._history) > self.delay_steps

@@ -147,7 +147,6 @@ class Bases(Unicycles):
         return np.sqrt(command[:, 0] ** 2 + command[:, 1] ** 2 + (self.l * command[:, 2]) ** 2)
 
     def twists(self, command):
-        """Return ``(v, 0, omega)``, (m, 3), for ``(v, omega)``, (m, 2)."""
         return np.stack([command[:, 0], np.zeros(len(command)), command[:, 1]], axis=1)
 
     def unicycle(self, command):
@@ -169,7 +168,6 @@ class Bases(Unicycles):
         return self.slowed(clipped, np.maximum(self._rims(clipped) / self.numbers.rim_max, 1.0))
 
     def move(self, command, duration):
-        """Move for ``duration`` [s] under ``command`` (m, 3)."""
         self.velocity, mean = reached(
             self.velocity, self.obeyed(command), self.acceleration, duration
         )
@@ -290,7 +288,6 @@ class Cars(Unicycles):
         return self.acceleration if np.isscalar(self.acceleration) else self.acceleration[..., 0]
 
     def move(self, command, duration):
-        """Move for ``duration`` [s] under ``command`` (m, 2)."""
         target, asked = self._targets(command)
         speed, mean = reached(self.velocity[:, 0], target, self._along_axis(), duration)
         steered, between = reached(self.steered, asked, self.numbers.steering_rate, duration)
@@ -319,7 +316,6 @@ class Boats(Unicycles):
         self.times = held / (rows["linear"][:, [0, 2]] + rows["gains"][:, :, 1])
 
     def excess(self, command):
-        """Return by which factor each ``command`` (m, 2) is beyond a limit, (m,)."""
         back = -command[:, 0] / self.numbers.backward
         return np.maximum(super().excess(command), back)
 
@@ -334,11 +330,9 @@ class Boats(Unicycles):
         return False
 
     def lags(self, command):
-        """Return which boats are noticeably slower or faster than ``command`` (m, 2), (m,) bool."""
         return (np.abs(self.velocity - self.obeyed(command)) > CLOSE).any(axis=1)
 
     def move(self, command, duration):
-        """Move for ``duration`` [s] under ``command`` (m, 2)."""
         self.velocity, mean = approached(
             self.velocity, self.obeyed(command), self.acceleration, self.times, duration
         )
@@ -374,15 +368,12 @@ class Quadrotors(Bases):
         return command[:, 0] + 1j * command[:, 1]
 
     def commands(self, u):
-        """Return ``(vx, vy, 0, 0)``, (m, 4)."""
         return np.concatenate([super().commands(u), np.zeros((len(u), 1))], axis=1)
 
     def sizes(self, command):
-        """Return the speeds (m,) [m/s] of ``command`` (m, 4): of the centre, or of ``l`` beside it."""
         return np.sqrt((command[:, :3] ** 2).sum(axis=1) + (self.l * command[:, 3]) ** 2)
 
     def twists(self, command):
-        """Return ``(v, 0, 0, omega)``, (m, 4), for ``(v, omega)``, (m, 2)."""
         result = np.zeros((len(command), 4))
         result[:, [0, 3]] = command
         return result
@@ -391,7 +382,6 @@ class Quadrotors(Bases):
         return command[:, [0, 3]]
 
     def excess(self, command):
-        """Return by which factor each ``command`` (m, 4) is beyond a limit of an axis, (m,)."""
         return (np.abs(command) / self.top).max(axis=1)
 
     def obeyed(self, command):
@@ -407,14 +397,12 @@ class Quadrotors(Bases):
         return False
 
     def lags(self, command):
-        """Return who is noticeably slower or faster than ``command`` (m, 4), (m,) bool."""
         command_obeyed = self.obeyed(command)
         wanted = self._complex(command_obeyed) * np.exp(1j * self.theta)
         away = np.maximum(np.abs(self.velocity - wanted), np.abs(self.rise - command_obeyed[:, 2]))
         return away > CLOSE
 
     def move(self, command, duration):
-        """Move for ``duration`` [s] under ``command`` (m, 4)."""
         command_obeyed = self.obeyed(command)
         turn = command_obeyed[:, 3] * duration
         wanted = self._complex(command_obeyed) * np.exp(1j * (self.theta + 0.5 * turn))

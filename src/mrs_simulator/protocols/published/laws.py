@@ -82,7 +82,6 @@ class Resumed(Published):
         return self.law.keeps_close(period)
 
     def resumed(self, velocity, memory):
-        """Return the memory after the command ``velocity`` (n, d) [m/s]."""
         return self.law.resumed(velocity, memory)
 
     @property

@@ -85,7 +85,6 @@ class Shaped(PioneerControl):
         return shape_of(self.shape, len(self.numbers), self.size, self.dimension)
 
     def set_parameters(self, given):
-        """Set the parameters and lay out the shape."""
         super().set_parameters(given)
         n = len(self.numbers)
         self._places = laws.shape_places(self.shape, n, self.size, self.dimension)
@@ -214,7 +213,6 @@ class DisplacementFormation(AveragingLaw, Shaped):
         return claims if claims is None else without_rates(claims, self.fidelity)
 
     def over_links(self):
-        """Return the law over ``self.links``, a ``Linear``."""
         return super().over_links()._replace(place=self.tolerance.place, share=self.tolerance.rate)
 
 

@@ -68,7 +68,6 @@ class Trajectory(Tracking, Shaped):
         return values
 
     def set_parameters(self, given):
-        """Set the parameters and lay out the trajectory."""
         super().set_parameters(given)
         points = read_waypoints(self.waypoints, self.dimension)
         self._curve = laws.minimum_snap(points, self.speed)

@@ -29,11 +29,9 @@ class LocalProcesses(Processes):
         self.launch(name, [sys.executable, "-m", ENGINE, *arguments])
 
     def command(self, script):
-        """Return the words that run ``script`` of this package."""
         return [sys.executable, "-m", "mrs_simulator", script]
 
     def is_running(self, name):
-        """Return whether the program started as ``name`` still runs."""
         if name == "control":
             self._controlled = self._controlled and super().is_running("stage")
             return self._controlled
@@ -44,7 +42,6 @@ class LocalProcesses(Processes):
         return super().age("stage" if name == "control" else name)
 
     def take_ended(self):
-        """Return ``(name, exit code, output)`` of what ended by itself."""
         ended = [
             ("control", 1 if said else 0, said) for said in self._connection.take("control_ended")
         ]

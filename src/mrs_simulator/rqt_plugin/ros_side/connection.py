@@ -80,7 +80,6 @@ class RosConnection(Connection):
         return of_stage if robots is None else robots
 
     def sensor_readings(self):
-        """Return ``{(number, name): ReceivedReading}`` of the sensors selected by ``watch_sensors``."""
         snapshot = self.snapshot()
         now = snapshot.time if snapshot is not None and self.is_fresh("state") else None
         return self._sensors.readings(
@@ -88,7 +87,6 @@ class RosConnection(Connection):
         )
 
     def take_samples(self):
-        """Return the snapshots for the curves since the last call, None where a run begins."""
         taken = self._inbox.take_samples()
         if not taken and not self.is_fresh("state"):
             robots = self._from_robots()
@@ -102,17 +100,14 @@ class RosConnection(Connection):
     # Requests ------------------------------------------------------------------------------------
 
     def ask(self, name, *arguments):
-        """Call service ``name`` in the background; ``take_results`` has the answer."""
         begins = self.begin_run if name in BEGINNINGS else None
         first = self.begin_run if name == "start" else None  # robots may move before the answer
         self._calls.ask(name, arguments, begins, first)
 
     def set_team(self, poses, kinds, altitude=None):
-        """Ask the stage for a new team; ``poses`` (n, 3), ``altitude`` (n,) [m] or None: on the ground."""
         self.ask("set_team", robot_specs(kinds, poses, altitude))
 
     def set_topology(self, edges, directed):
-        """Ask the controller for another topology; ``edges``: ``(i, j, weight)``."""
         receivers, senders, weights = zip(*edges) if edges else ((), (), ())
         self.ask("set_topology", list(receivers), list(senders), list(weights), directed)
 
@@ -121,11 +116,9 @@ class RosConnection(Connection):
         self._calls.put(CONTROLLER, "parameters", lambda: service_calls.reconfigure(values))
 
     def begin_simulated_time(self):
-        """Set ``/use_sim_time``; the result ``simulated_time`` has what it was, None if not set."""
         self._calls.put(MASTER, "simulated_time", service_calls.begin_simulated_time)
 
     def restore_simulated_time(self, before):
-        """Set ``/use_sim_time`` to what it was ``before``."""
         self._calls.put(
             MASTER, "restored_time", lambda: service_calls.restore_simulated_time(before)
         )

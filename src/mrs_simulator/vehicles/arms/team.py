@@ -182,7 +182,6 @@ class ArmedTeam(Team):
         return LEVEL * (group.height - places[:, 2])
 
     def velocity(self, command, pose, joints, l, period):
-        """Return the points' velocities (n, d) [m/s] under ``command`` (n, a + k)."""
         base, rates = self.split(command)
         result = np.zeros((self.n, 3))
         result[:, :2] = self.bases.velocity(base, pose[..., :3], joints[:, 0], l, period)
@@ -214,12 +213,10 @@ class ArmedTeam(Team):
         return share.max(axis=-1)
 
     def excess(self, command, joints, period):
-        """Return by which factor each ``command`` (n, a + k) is beyond its robot's limits, (n,)."""
         base, rates = self.split(command)
         return np.maximum(self.bases.excess(base, joints[:, 0], period), self._beyond(rates))
 
     def at_limits(self, command, share=1.0):
-        """Return where a ``command`` (..., n, a + k) has reached ``share`` of a limit, (..., n) bool."""
         base, rates = self.split(command)
         return self.bases.at_limits(base, share) | (self._beyond(rates) >= share)
 

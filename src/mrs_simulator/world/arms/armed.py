@@ -59,7 +59,6 @@ class ArmedForcedMotion(ArmedMotion):
     """
 
     def advance(self, command):
-        """Move for one step under ``command`` (n, a + k), a column for each axis of the team."""
         base, rates = self.team.split(command)
         wheeled = self._bases.wheeled
         wheeled.arm_rates[:] = rates[wheeled.rows]

@@ -109,7 +109,6 @@ class ArmedDynamicMotion(ArmedMotion):
         return self._bases
 
     def advance(self, command):
-        """Move for one step under ``command`` (n, a + k), a column for each axis of the team."""
         base, rates = self.team.split(command)
         team, step = self.team, self._bases.step
         rates = (team.moved(self.q, rates, step) - self.q) / step

@@ -30,7 +30,6 @@ class Drivers(PresetDrivers):
     )  # fmt: skip
 
     def open_robot(self, row):
-        """Return the subscribers of robot ``row``."""
         name = "/robot{}/".format(row + 1)
         opened = [self.subscribe(name + "cmd_wrench", Wrench, lambda m: self._wrench(row, m))]
         if "Drive" in self.types:

@@ -129,7 +129,6 @@ class Voltage(Form):
     PROVIDES = ("voltage",)
 
     def message(self, item, header):
-        """Return the message of the one value, which has no header."""
         return self.MESSAGE(dict(zip(BatteryReading.PER_ROBOT, item))[self.PROVIDES[0]])
 
     def reading(self, message, stamp):

@@ -43,7 +43,6 @@ class SonarCloud(Form):
         return points
 
     def message(self, item, header):
-        """Return the ``Cloud`` of the points ``item`` (K, 3)."""
         return Cloud(header, item)
 
     def reading(self, message, stamp):
@@ -79,7 +78,6 @@ class SonarCloud2(SonarCloud):
     ]
 
     def message(self, item, header):
-        """Return the ``PointCloud2`` of the points ``item`` (K, 3)."""
         return PointCloud2(
             header=header,
             height=1,
@@ -115,7 +113,6 @@ class SonarRange(Form):
         return reading.ranges[:, 0].tolist()
 
     def message(self, item, header):
-        """Return the ``Range`` of one distance."""
         numbers = self.mount.settings
         return Range(
             header, Range.ULTRASOUND, numbers.cone, numbers.least, numbers.most, float(item)
@@ -147,7 +144,6 @@ class Scan(Form):
         return reading.ranges.tolist()
 
     def message(self, item, header):
-        """Return the ``LaserScan`` of the distances ``item``."""
         return LaserScan(
             header=header, time_increment=0.0, ranges=item, intensities=[], **self._fixed
         )

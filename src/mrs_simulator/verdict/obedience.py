@@ -130,12 +130,26 @@ def _fits_of(control, run):
     time = run.time - run.time[0]
     change = _changes(time, asked, spread)
     ramping = _ramping(control, run, change)
-    windows = [slice(0, len(asked)), *_parts(time)]
-    of_all = [
-        _fitted(time[some.start :], asked[some], went[some], change[some], spread, ramping[some])
-        for some in windows
-    ]
-    return Fits(names, obeyed, spread, windows, *np.stack(of_all, axis=1))
+    duration = np.broadcast_to(np.diff(time)[:, np.newaxis], change.shape)
+    seen, windows = (duration, asked, went, change, ramping), _parts(time)
+    of_all = [_fitted(*seen, _slopes(duration, asked), spread)[:, np.newaxis]]
+    if windows:
+        slopes = [_slopes(duration[some], asked[some]) for some in windows]
+        beside = [_beside([each[some] for some in windows]) for each in seen]
+        of_parts = _fitted(*beside, _beside(slopes), np.tile(spread, (len(windows), 1)))
+        of_all.append(of_parts.reshape((2, len(windows)) + of_all[0].shape[2:]))
+    windows = [slice(0, len(asked)), *windows]
+    return Fits(names, obeyed, spread, windows, *np.concatenate(of_all, axis=1))
+
+
+def _slopes(duration, asked):
+    """Return how fast ``asked`` (k, n, c) changes, at ways that take ``duration`` (k, n) [s]."""
+    return np.gradient(asked, np.cumsum(duration[:, 0]), axis=0)
+
+
+def _beside(windows):
+    """Return arrays (k, n, ...) of windows as one, (k, w n, ...): all are fitted at once."""
+    return np.concatenate(windows, axis=1)
 
 
 def _can_be_fitted(control, run):
@@ -245,14 +259,13 @@ def _ramping(control, run, change):
     return change > STEEP * ramps * np.diff(run.time)[:, np.newaxis]
 
 
-def _fitted(time, asked, went, change, spread, ramping):
+def _fitted(duration, asked, went, change, ramping, slope, spread):
     """Return fits and their standard errors, (2, n, c, 3), of velocities (k, n, c) over a window.
 
-    Of gain less 1, dead time [s] and bias [m/s]; ``spread`` (n, 3) of each; ``change``: :func:`_changes`;
-    ``ramping`` (k, n): :func:`_ramping`.
+    Of gain less 1, dead time [s] and bias [m/s]; ``spread`` (n, 3) of each; ``duration`` (k, n) [s] of the
+    ways between samples; ``change``: :func:`_changes`; ``ramping`` (k, n): :func:`_ramping`; ``slope``:
+    :func:`_slopes`.
     """
-    duration = np.diff(time[: len(asked) + 1])
-    slope = np.gradient(asked, np.cumsum(duration), axis=0)
     spread = spread[:, np.newaxis]
     least = RESOLVED * spread[..., 2]
     share = 1.0 / np.hypot(1.0, ROUGH * change / least[:, 0])[..., np.newaxis]
@@ -260,7 +273,7 @@ def _fitted(time, asked, went, change, spread, ramping):
     share[ramping] /= np.sqrt(np.broadcast_to(ramping.sum(axis=0), ramping.shape)[ramping])[
         :, np.newaxis
     ]
-    share[change > HARSH * duration[:, np.newaxis]] = 0.0
+    share[change > HARSH * duration] = 0.0
     columns = share * asked, -share * slope, np.broadcast_to(share, asked.shape)
     off = share * (went - asked)
     square, target = np.empty((*asked.shape[1:], 3, 3)), np.empty((*asked.shape[1:], 3))

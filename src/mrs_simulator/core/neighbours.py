@@ -13,15 +13,18 @@ MOST_MOVED = 1.0
 
 
 def dot(a, b):
-    """Return the inner products (m,) of vectors a and b (m, d), to the bit however they lie in memory."""
-    total = a[:, 0] * b[:, 0]
-    for column in range(1, a.shape[1]):
-        total = total + a[:, column] * b[:, column]
+    """Return the inner products (...) of vectors a and b (..., d), to the bit however they lie in memory.
+
+    By columns: numpy takes ten times as long to reduce rows of two numbers.
+    """
+    total = a[..., 0] * b[..., 0]
+    for column in range(1, a.shape[-1]):
+        total = total + a[..., column] * b[..., column]
     return total
 
 
 def squared(a):
-    """Return the squared lengths (m,) of vectors a (m, d)."""
+    """Return the squared lengths (...) of vectors a (..., d)."""
     return dot(a, a)
 
 

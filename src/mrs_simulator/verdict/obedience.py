@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import max_of_rows, wrap_angle
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.robots import are_stated
 from mrs_simulator.record.recording import Run
@@ -237,7 +237,7 @@ def _changes(time, asked, spread):
 
     Looked at as far back as a dead time of the ``spread`` (n, 3) goes; robots begin at rest.
     """
-    step = np.abs(np.diff(asked, axis=0, prepend=0.0)).max(axis=2)
+    step = max_of_rows(np.abs(np.diff(asked, axis=0, prepend=0.0)))
     after = np.append(step[1:], step[-1:], axis=0)
     result = np.maximum(step, after)
     for back in range(1, 2 + int(spread[:, 1].max() / np.median(np.diff(time)))):

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.kinematics import direction_of
+from mrs_simulator.core.neighbours import squared as squares
 from mrs_simulator.protocols.published.laws import Published
 
 # of the sigma-norm [1/m^2] and of the bump function, in Olfati-Saber, 2006
@@ -65,7 +66,7 @@ class AlphaGamma(Accelerated):
         a = -self.c1 * (points - rest - time * self.leader_velocity)
         a -= self.c2 * (v - self.leader_velocity)
         apart = points - points[:, np.newaxis]  # (n, n, d), of row i those from robot i
-        squared = (apart**2).sum(axis=2)
+        squared = squares(apart)
         z = _sigma(np.sqrt(squared))
         near = _bump(z / self.r)
         force = self.strength * near * (z - self.d) / np.sqrt(1.0 + (z - self.d) ** 2)
@@ -99,7 +100,7 @@ class CuckerSmale(Accelerated):
         self.gain, self.beta, self.reach = gain, beta, reach
 
     def acceleration(self, points, v, time, rest):
-        squared = ((points - points[:, np.newaxis]) ** 2).sum(axis=2)
+        squared = squares(points - points[:, np.newaxis])
         psi = (1.0 + squared / self.reach**2) ** -self.beta
         relative = v - v[:, np.newaxis]  # (n, n, d), of row i those relative to robot i
         return self.gain / len(points) * (psi[:, :, np.newaxis] * relative).sum(axis=1)

@@ -179,7 +179,7 @@ def error_norms(hand, offsets, topology):
     errors = from_mean(np.eye(topology.n), topology)  # of each other robot's place: they are linear
     result = np.empty(len(hand))
     for rows in blocks(len(hand), topology.n):
-        squares = ((errors @ (hand[rows] - offsets)) ** 2).sum(axis=2)
+        squares = squared(errors @ (hand[rows] - offsets))
         result[rows] = np.sqrt(squares.max(axis=1))
     return result
 

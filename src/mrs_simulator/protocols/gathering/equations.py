@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.edge_terms import Flow, difference_flow, gathered, inner, pair_flow
-from mrs_simulator.core.neighbours import close_pairs
+from mrs_simulator.core.neighbours import close_pairs, lengths
 
 DIRECTIONS = 720  # [-] in which a hull is looked at besides those of its faces
 MOST_FACES = 200000  # [-] lines or planes through corners that may be a hull's faces
@@ -163,7 +163,7 @@ def tension_curvature(points, pairs, radius):
 def edge_lengths(points, pairs):
     """Return the lengths (..., m) [m] of ``pairs`` (m, 2) among ``points`` (..., n, d) [m]."""
     first, second = pairs.T
-    return np.linalg.norm(points[..., second, :] - points[..., first, :], axis=-1)
+    return lengths(points[..., second, :] - points[..., first, :])
 
 
 # Cyclic pursuit --------------------------------------------------------------------------------

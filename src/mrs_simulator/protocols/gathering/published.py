@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.core.neighbours import lengths
 from mrs_simulator.protocols.published.laws import Published
 
 
@@ -61,4 +62,4 @@ class Coverage(Published):
 
 
 def _distances(points):
-    return np.linalg.norm(points[:, np.newaxis] - points, axis=2)
+    return lengths(points[:, np.newaxis] - points)

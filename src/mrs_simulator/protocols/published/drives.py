@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import phase_of
+from mrs_simulator.core.kinematics import max_of_rows, phase_of
 from mrs_simulator.vehicles.drives import car, differential, omnidirectional, quadrotor, vessel
 
 SMALL = 1e-9  # [rad] of a turn, below which an arc is a straight line to rounding
@@ -24,6 +24,8 @@ class Unicycles:
     Its velocity is ``p' = (v + i l omega) e^{i theta}``, so that ``v + i l omega = u e^{-i theta}``.
     Several teams at once have further axes in front, but for :meth:`lags`.
     """
+
+    _ahead = None, None  # headings, and e^{i theta} of these
 
     def __init__(self, group, l, period):
         """``group``: a ``vehicles.team.Group``; ``l`` [m]; ``period`` [s] between two commands."""
@@ -47,9 +49,16 @@ class Unicycles:
         """Return whether speeds change in ramps, so that motion is reckoned step by step."""
         return bool(np.isfinite(self.acceleration).any())
 
+    @property
+    def ahead(self):
+        """Return ``e^{i theta}``, (m,) complex, made once of the headings that robots have."""
+        if self._ahead[0] is not self.theta:
+            self._ahead = self.theta, np.exp(1j * self.theta)
+        return self._ahead[1]
+
     def points(self):
         """Return the controlled points, (m,) complex [m]."""
-        return self.z + self.l * np.exp(1j * self.theta)
+        return self.z + self.l * self.ahead
 
     def angles_at(self, points, z, theta):
         """Return the steering angles (m,) [rad] with which the points are at ``points`` (m,)."""
@@ -57,14 +66,14 @@ class Unicycles:
 
     def commands(self, u):
         """Return the commands (m, a) that give the points the velocities ``u`` (m,) complex [m/s]."""
-        ahead = u * np.exp(-1j * self.theta)
+        ahead = u * self.ahead.conj()
         result = ahead.view(float).reshape(ahead.shape + (2,))
         result[..., 1] /= self.l
         return result
 
     def velocities(self, command):
         """Return the points' mean velocities, (m,) complex [m/s], while ``command`` is held."""
-        return (command[..., 0] + 1j * self.l * command[..., 1]) * np.exp(1j * self.theta)
+        return (command[..., 0] + 1j * self.l * command[..., 1]) * self.ahead
 
     def is_full(self):
         """Return whether an inner joint is at its limit, (m,) bool or False for all."""
@@ -84,7 +93,7 @@ class Unicycles:
 
     def excess(self, command):
         """Return by which factor each ``command`` (m, a) is beyond a limit, (m,)."""
-        return (np.abs(command) / self.top).max(axis=-1)
+        return max_of_rows(np.abs(command) / self.top)
 
     def slowed(self, command, factor):
         """Return ``command`` (m, a) that moves the points the same way, ``factor`` (m,) more slowly."""
@@ -115,7 +124,7 @@ class Unicycles:
         slow = np.abs(turn) < SMALL
         chord = (np.exp(1j * turn) - 1.0) / (1j * np.where(slow, 1.0, turn))
         chord[slow] = 1.0 + 0.5j * turn[slow]
-        self.z = self.z + v * duration * chord * np.exp(1j * self.theta)
+        self.z = self.z + v * duration * chord * self.ahead
         self.theta = self.theta + turn
 
 
@@ -135,12 +144,12 @@ class Bases(Unicycles):
 
     def commands(self, u):
         """Return ``(vx, vy, 0)``, (m, 3)."""
-        w = u * np.exp(-1j * self.theta)
+        w = u * self.ahead.conj()
         return np.stack([w.real, w.imag, np.zeros(len(w))], axis=1)
 
     def velocities(self, command):
         """Return the centres' velocities, (m,) complex [m/s], while ``command`` is held."""
-        return (command[:, 0] + 1j * command[:, 1]) * np.exp(1j * self.theta)
+        return (command[:, 0] + 1j * command[:, 1]) * self.ahead
 
     def sizes(self, command):
         """Return the speeds (m,) [m/s] of ``command`` (m, 3): of the centre, or of ``l`` beside it."""
@@ -199,7 +208,7 @@ class Cars(Unicycles):
     def points(self):
         """Return the points ``l`` ahead of the steered wheels, (m,) complex [m]."""
         ahead = self.numbers.wheelbase + self.l * np.exp(1j * self.steered)
-        return self.z + ahead * np.exp(1j * self.theta)
+        return self.z + ahead * self.ahead
 
     def angles_at(self, points, z, theta):
         return phase_of((points - z) * np.exp(-1j * theta) - self.numbers.wheelbase)
@@ -213,7 +222,7 @@ class Cars(Unicycles):
 
     def commands(self, u):
         """Return ``(v, v tan(delta + delta' period)/L)``, (m, 2)."""
-        w, (by_speed, by_steering) = u * np.exp(-1j * self.theta), self._columns()
+        w, (by_speed, by_steering) = u * self.ahead.conj(), self._columns()
         # Cramer's rule; Im(conj(a) b) is the determinant of the columns a and b.
         both = (by_speed.conj() * by_steering).imag
         v = (w.conj() * by_steering).imag / both
@@ -241,7 +250,7 @@ class Cars(Unicycles):
     def velocities(self, command):
         rate = (self._asked(command) - self.steered) / self.period
         by_speed, by_steering = self._columns()
-        return (command[:, 0] * by_speed + rate * by_steering) * np.exp(1j * self.theta)
+        return (command[:, 0] * by_speed + rate * by_steering) * self.ahead
 
     def is_full(self):
         """Return whether the steering angle, or that last asked for, is at its limit, (m,) bool."""
@@ -357,7 +366,7 @@ class Quadrotors(Bases):
 
     def speed_up(self, twist, climb):
         """As ``Unicycles``, in the common frame, and upwards."""
-        self.velocity = (twist[:, 0] + 1j * twist[:, 1]) * np.exp(1j * self.theta)
+        self.velocity = (twist[:, 0] + 1j * twist[:, 1]) * self.ahead
         self.rise = np.zeros(len(twist)) if climb is None else climb.copy()
 
     def begin_at(self, height):
@@ -398,7 +407,7 @@ class Quadrotors(Bases):
 
     def lags(self, command):
         command_obeyed = self.obeyed(command)
-        wanted = self._complex(command_obeyed) * np.exp(1j * self.theta)
+        wanted = self._complex(command_obeyed) * self.ahead
         away = np.maximum(np.abs(self.velocity - wanted), np.abs(self.rise - command_obeyed[:, 2]))
         return away > CLOSE
 

@@ -6,6 +6,7 @@ from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.control.safety.filter_by_sensors import SHARE
 from mrs_simulator.control.safety.nearest_velocities import FIXED_RATE, filter_acts
 from mrs_simulator.core.claims import LAW, ROBOTS, Claim, NothingDecays
+from mrs_simulator.core.neighbours import lengths
 from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import Listeners
@@ -289,7 +290,7 @@ def _distance(name, exact, held=0.0):
 def _apart(run, other):
     """Return the largest distance [m] between points of two runs, over the samples of the shorter."""
     samples = min(len(run.time), len(other.time))
-    return float(np.linalg.norm(run.hand[:samples] - other.hand[:samples], axis=2).max())
+    return float(lengths(run.hand[:samples] - other.hand[:samples]).max())
 
 
 def command_error(control, law, run, followed=None):

@@ -241,3 +241,11 @@ def test_the_greatest_of_any_numbers():
     values[1, 1] = np.nan
     assert np.isnan(kin.max_abs(values))
     assert kin.max_abs(np.array([1.0, -np.inf])) == np.inf
+
+
+@pytest.mark.parametrize("shape", [(5, 1), (4, 3, 2), (2, 7, 4)])
+def test_the_greatest_of_each_row(shape):
+    values = np.random.default_rng(2).normal(size=shape)
+    values[0, ..., -1] = np.nan
+    for layout in (values, np.asfortranarray(values), values[::-1]):
+        assert np.array_equal(kin.max_of_rows(layout), layout.max(axis=-1), equal_nan=True)

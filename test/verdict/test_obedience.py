@@ -154,3 +154,18 @@ def test_robots_are_fitted_in_parts_as_all_at_once(mismatch, monkeypatch, tmp_pa
     assert list(parts.names) == list(whole.names) and parts.windows == whole.windows
     for field in ("obeyed", "spread", "found", "error"):
         assert np.array_equal(getattr(parts, field), getattr(whole, field)), field
+
+
+def test_windows_are_fitted_at_once_as_one_by_one(monkeypatch, tmp_path):
+    run, control = perform(shipped("paper", duration=22.0), str(tmp_path))
+    given, fitted = [], obedience._fitted
+    monkeypatch.setattr(
+        obedience, "_fitted", lambda *arrays: given.append(arrays) or fitted(*arrays)
+    )
+    fits = obedience.fits(control, run)
+    whole, beside = given
+    assert len(fits.windows) == 5 and beside[1].shape[1] == 4 * control.team.n
+    for row, window in enumerate(fits.windows[1:], 1):
+        seen = [each[window] for each in whole[:-2]]
+        found, error = fitted(*seen, obedience._slopes(*seen[:2]), whole[-1])
+        assert np.array_equal(fits.found[row], found) and np.array_equal(fits.error[row], error)

@@ -38,6 +38,14 @@ def test_the_points_are_where_the_drives_have_them():
     np.testing.assert_allclose(made.pose, pose, atol=1e-12)
 
 
+def test_robots_put_elsewhere_have_other_headings():
+    made = robots()
+    for seed in (0, 1):
+        pose, points = placed(made.team, seed)
+        made.be(pose, points)
+        np.testing.assert_allclose(made.points, points, atol=1e-12)
+
+
 def test_any_velocity_of_the_points_is_reached():
     made = robots(period=1e-6)  # a car's command tells the steering angle after one period
     pose, points = placed(made.team)

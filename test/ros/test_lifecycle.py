@@ -18,7 +18,7 @@ class Ring:
         self.me = self
 
 
-def test_what_is_there_is_spared_until_the_next_time():
+def test_what_is_there_is_spared_until_it_is_looked_through_anew():
     gc.unfreeze()
     try:
         ring = Ring()
@@ -29,6 +29,8 @@ def test_what_is_there_is_spared_until_the_next_time():
         gc.collect()
         assert gone() is not None
         spare_garbage_collection()
+        assert gone() is not None
+        spare_garbage_collection(anew=True)
         assert gone() is None
     finally:
         gc.unfreeze()

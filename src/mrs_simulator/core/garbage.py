@@ -4,13 +4,15 @@ import contextlib
 import gc
 
 
-def spare_garbage_collection():
+def spare_garbage_collection(anew=False):
     """Have later collections of garbage pass over everything that is there now, since most of it stays.
 
-    To be called once a node has started up, and where its team has changed.  Looking through what 1000
-    robots' topics consist of takes 50 ms and more, during which no thread runs.
+    To be called once a node has started up, and ``anew`` where its team has changed: then what was spared
+    before is looked through once more.  Looking through what 1000 robots' topics consist of takes 50 ms
+    and more, during which no thread runs.
     """
-    gc.unfreeze()
+    if anew:
+        gc.unfreeze()
     gc.collect()
     gc.freeze()
 

@@ -81,7 +81,6 @@ class Stage:
         self.inbox.answers.begin(self.world.n)
         for part in self.parts:
             part.follow_team(self.scenario)
-        spare_garbage_collection()
 
     # The main loop -------------------------------------------------------------------------------
 
@@ -272,6 +271,7 @@ class Stage:
         """Begin anew with the world's robots, which were changed or put back."""
         self.run += 1
         self._follow_team()
+        spare_garbage_collection(anew=True)
         # What was said to the robots before is not meant for these.
         self.inbox.take(self.world.n)
         self._times.begin(self._step)

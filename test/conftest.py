@@ -1,5 +1,6 @@
 """Fixtures that all tests share, and the choice of the quick ones and of one room's."""
 
+import gc
 import glob
 import os
 import resource
@@ -64,6 +65,15 @@ def pytest_configure(config):
 def pytest_unconfigure():
     """Remove the directory of settings."""
     shutil.rmtree(OWN_HOME, ignore_errors=True)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    """Keep the garbage collector away from what is collected here, and stays to the end."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(config, items):

@@ -19,6 +19,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 
 LOADED = (
@@ -199,6 +200,31 @@ def become(request):
     names._set_caller_id(names.get_ros_namespace(argv=sys.argv) + "unnamed")
 
 
+def run(script):
+    """Run a ``script`` to its end and end this process, as the interpreter does.
+
+    But what was loaded is not taken down, for which all of it would be copied from the process that forked.
+    """
+    code = 1
+    try:
+        runpy.run_path(script, run_name="__main__")
+        code = 0
+    except SystemExit as error:
+        code = error.code or 0
+        if not isinstance(code, int):
+            print(code, file=sys.stderr)
+            code = 1
+    except KeyboardInterrupt:  # of which the process dies
+        raise
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+    threading._shutdown()
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(code)
+
+
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends with the tests
     load(LOADED)
@@ -209,4 +235,4 @@ if __name__ == "__main__":
         child = serve(link_to_tests)
     if child is not None:
         become(child)
-        runpy.run_path(sys.argv[0], run_name="__main__")
+        run(sys.argv[0])

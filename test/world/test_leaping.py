@@ -34,7 +34,7 @@ from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
 from mrs_simulator.study.run.compile_ahead import compile_ahead, compile_loops
 from mrs_simulator.study.run.compile_ahead import main as compile_main
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
-from mrs_simulator.vehicles.drives import compiled_flight
+from mrs_simulator.vehicles.drives import compiled_flight, quadrotor_forces
 from mrs_simulator.world.contact import bodies, collisions, compiled_contacts, contacts
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion import compiled as compiled_motion
@@ -133,8 +133,8 @@ def compiled(monkeypatch):
         monkeypatch.setattr(compiling, "_chosen", lambda: "1")
         # Only the stretches are on trial.
         monkeypatch.setattr(edge_terms, "compiling", type("no", (), {"is_wanted": lambda: False}))
-        for module in (kinematic, bodies, contacts, collisions):
-            monkeypatch.setattr(module, "same_bits", lambda *_: None)
+        for module in (kinematic, bodies, contacts, collisions, quadrotor_forces):
+            monkeypatch.setattr(module, "same_bits", lambda *_, **__: None)
 
     function = kernel_of(lambda kernel: kernel)
     monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
@@ -256,6 +256,100 @@ def test_robots_touch_as_they_do_step_by_step(compiled):
     assert 10 < own < steps
 
 
+class Rising(PioneerControl):
+    """Robots go up at ``climb`` [m/s], or down where that is negative, some of them faster."""
+
+    DIMENSIONS, PARAMETERS = (3,), (Parameter("climb", 0.5, "m/s"),)
+
+    @array_law
+    def pointMassLaw(hand, climb):
+        u = np.zeros_like(hand)
+        for row in range(len(hand)):
+            u[row, 0] = -0.3 * hand[row, 0]
+            u[row, 2] = climb * (1.0 + row)
+        return u
+
+    @classmethod
+    def at(cls, climb):
+        """Return the law with another default."""
+        return type("Other", (cls,), {"PARAMETERS": (Parameter("climb", climb, "m/s"),)})
+
+
+def aloft(**changes):
+    """Return a scenario of quadrotors with forces, some of which come near to the ground or to others."""
+    poses = [[3.0, 0.0, 2.0], [-3.0, 1.0, -1.0], [0.0, -2.5, 3.0]]
+    given = {"poses": poses, "robots": 3, "model": "crazyflie2", "altitude": 1.0}
+    given.update(fidelity="dynamic", limits="top", duration=1.5, topology={"preset": "cycle"})
+    given.update(changes)
+    return scenario(**given)
+
+
+@pytest.mark.parametrize("saturation", ["none", "robot", "team"])
+@pytest.mark.parametrize("rates", [(50, 10), (12.5, 5)])
+def test_quadrotors_leap_to_where_steps_lead(saturation, rates, compiled):
+    control = {"rate": rates[0], "saturation": saturation}
+    wind = {"wind": {"velocity": [1.0, -0.5]}}
+    given = aloft(control=control, record_rate=rates[1], environment=wind)
+    steps, own = compare(compiled, given, Gather)
+    assert steps == 75 and own == 0
+
+
+def test_quadrotors_leap_in_space(compiled):
+    given = shipped("crazyflies_cube", 0.6).changed(fidelity="dynamic", limits="top")
+    steps, own = compare(compiled, given)
+    assert steps == 12 and own < 0.2 * steps
+
+
+def test_quadrotors_touch_obstacles_and_each_other_as_they_do_step_by_step(compiled):
+    poses = [[0.15, 0.0, 2.0], [-0.15, 0.0, -1.0], [0.0, -0.9, 3.0]]
+    post = {"type": "cylinder", "name": "post", "center": [0.0, -0.7], "radius": 0.1}
+    given = aloft(poses=poses, obstacles=[post], topology={"preset": "complete"})
+    steps, own = compare(compiled, given, Gather)
+    assert 5 < own < steps
+
+
+def test_quadrotors_come_down_as_they_do_step_by_step(compiled):
+    given = aloft(control={"dimension": 3}, altitude=0.4)
+    steps, own = compare(compiled, given, Rising.at(-0.3))
+    assert 5 < own < steps
+
+
+@pytest.mark.parametrize("climb", [-1.0, 40.0], ids=["hard landing", "climb"])
+def test_incidents_of_quadrotors_are_those_of_steps(climb, compiled, monkeypatch):
+    monkeypatch.setattr(quadrotor_forces, "AT_LIMIT", 0.7)
+    told, given = [], aloft(control={"dimension": 3, "saturation": "none"}, limits=None)
+    for _ in range(2):
+        experiment = Experiment(given, Rising.at(climb))
+        own, advance = [], experiment.world.motion.advance
+        experiment.world.motion.advance = lambda each, go=advance, own=own: own.append(1) or go(
+            each
+        )
+        rows = [np.column_stack(each[1:]) for each in experiment.samples()]
+        told.append((rows, experiment.incidents, experiment.world.z, len(own)))
+        compiled()
+    np.testing.assert_allclose(*(each[0] for each in told), rtol=0.0, atol=ROUNDING)
+    np.testing.assert_allclose(*(each[2] for each in told), rtol=0.0, atol=ROUNDING)
+    assert told[0][1] == told[1][1] and 0 < told[1][3] < told[0][3]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"environment": {"wind": {"velocity": [1.0, 0.0], "gusts": 0.5}}},
+        {"events": [{"at": 0.5, "robot": 1, "event": "motors_off"}]},
+        {"fidelity": "kinematic"},
+        {
+            "model": ["crazyflie2", "crazyflie2", "pioneer3dx"],
+            "altitude": [1.0, 1.0, 0.0],
+        },
+    ],
+    ids=["gusts", "faults", "without forces", "with others"],
+)
+def test_quadrotors_out_of_the_ordinary_go_step_by_step(changes):
+    assert Experiment(aloft(), Gather)._is_compilable()
+    assert not Experiment(aloft(**changes), Gather)._is_compilable()
+
+
 @pytest.mark.parametrize("law", ["Breaking", "Raising", "Narrowing"])
 @pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
 def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, law, compiled):
@@ -299,7 +393,7 @@ def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
     plain = list(Experiment(given, law).samples())
     compiled()
     monkeypatch.setattr(compiling, "_chosen", lambda: None)
-    monkeypatch.setattr(compiling, "seconds_saved", lambda steps, robots: 1.0)
+    monkeypatch.setattr(compiling, "seconds_saved", lambda *_: 1.0)
     monkeypatch.setattr(fused_stepping, "compiled_stretch", refuse)
     experiment = Experiment(given, law)
     assert experiment._can_leap()

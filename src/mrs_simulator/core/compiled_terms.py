@@ -42,20 +42,38 @@ def _kernel(term, loops):
     return kernel(term, loops, jit(), jit(cache=True))
 
 
-def kernel(term, loops, compile_, compile_kept):
+def kernel(term, loops, compile_, compile_kept, made=None):
     """Return ``loops``, one of the functions below, over the ``term``, compiled.
 
-    ``compile_`` is what terms and their helpers go through, ``compile_kept`` what the loops do.
+    ``compile_`` is what terms and their helpers go through, ``compile_kept`` what the loops do; ``made`` as
+    :func:`linked` has it.
     """
     both = hashlib.sha256((digest(term) + digest(loops)).encode()).hexdigest()[:12]
-    name = "{}_{}_{}".format(loops.__name__, term.__name__, both)
-    helpers = {name: linked(each, compile_) for name, each in _helpers(loops).items()}
-    scope = dict(loops.__globals__, term=linked(term, compile_), **helpers)
-    function = types.FunctionType(loops.__code__, scope, name)
-    function.__qualname__ = name
-    compiled = compile_kept(function)
+    scope = _scope(loops, compile_, made)
+    scope["term"] = linked(term, compile_)
+    return _kept("{}_{}_{}".format(loops.__name__, term.__name__, both), loops, scope, compile_kept)
+
+
+def kept(function, made):
+    """Return ``function`` compiled, under a name with a digest of it and of what it calls; ``made`` as
+    :func:`linked` has it."""
+    name = "{}_{}".format(function.__name__, digest(function))
+    return _kept(name, function, _scope(function, jit(), made), jit(cache=True))
+
+
+def _kept(name, function, scope, compile_kept):
+    named = types.FunctionType(function.__code__, scope, name)
+    named.__qualname__ = name
+    compiled = compile_kept(named)
     bound_kept(compiled)
     return compiled
+
+
+def _scope(function, compile_, made=None):
+    """Return the globals of ``function`` with the functions that it calls compiled."""
+    found = _helpers(function)
+    helpers = {name: linked(each, compile_, made) for name, each in found.items()}
+    return dict(function.__globals__, **helpers)
 
 
 @functools.lru_cache(maxsize=64)
@@ -65,18 +83,19 @@ def flow_law(term):
     return types.FunctionType(of_flow.__code__, scope, "{}_{}".format("flow", term.__name__))
 
 
-def linked(function, compile_):
+def linked(function, compile_, made=None):
     """Return ``function`` compiled, with the functions of its module that it calls compiled as well.
 
     One that has a method ``compiled`` of its own returns itself so, such as ``compiled_cos_sin.cosines``.
+    ``made``: what some functions have been compiled to, by them.
     """
     if hasattr(function, "compiled"):
         return function.compiled()
-    scope = dict(function.__globals__)
-    for name, helper in _helpers(function).items():
-        scope[name] = linked(helper, compile_)
+    if made and function in made:
+        return made[function]
+    scope, code = _scope(function, compile_, made), function.__code__
     same = types.FunctionType(
-        function.__code__, scope, function.__name__, function.__defaults__, function.__closure__
+        code, scope, function.__name__, function.__defaults__, function.__closure__
     )
     return compile_(same)
 

@@ -88,23 +88,26 @@ def as_made(wanted):
         yield
 
 
-def seconds_saved(steps, robots):
-    """Return how much sooner [s] ``steps`` of ``robots`` end when they are compiled, loading included."""
-    by_step, by_robot = SAVED
+def seconds_saved(steps, robots, saved=SAVED):
+    """Return how much sooner [s] ``steps`` of ``robots`` end when they are compiled, loading included.
+
+    ``saved`` as ``SAVED``, that of wheels without forces.
+    """
+    by_step, by_robot = saved
     return steps * (by_step + robots * by_robot) - LOADING
 
 
-def pays(steps, robots):
+def pays(steps, robots, saved=SAVED):
     """Return whether a run is to be compiled, and a text for users where it would be if numba were here.
 
-    As the environment says, else where :func:`seconds_saved` is positive: it depends on the run alone, so
-    that each repetition gives the same bits.
+    As the environment says, else where :func:`seconds_saved`, by ``saved``, is positive: it depends on the
+    run alone, so that each repetition gives the same bits.
     """
     if is_chosen():
         return is_wanted(), ""
     if _many:
         return find_spec("numba") is not None, ""
-    return _pays(seconds_saved(steps, robots), "this run takes")
+    return _pays(seconds_saved(steps, robots, saved), "this run takes")
 
 
 def pays_together(runs):

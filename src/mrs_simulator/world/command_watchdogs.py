@@ -123,8 +123,8 @@ class Commands(Part):
 
     @property
     def can_leap(self):
-        """Return whether robots follow their commands exactly, and stop after their timeouts."""
-        return not (self.mismatch or self.silence_groups) and self.efforts is None
+        """Return whether robots follow their commands exactly; no leap is as long as a timeout."""
+        return not self.mismatch and self.efforts is None
 
     def before_step(self, command):
         """Return the commands in force, (n, a), as robots obey them under the ``mismatch``."""

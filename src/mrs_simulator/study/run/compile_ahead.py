@@ -47,7 +47,10 @@ FLYING = dict(FORCED, model="crazyflie2", altitude=1.0)
 
 
 def compile_ahead(names):
-    """Compile for the scenarios ``names``; return the names of those that can be compiled."""
+    """Compile for the scenarios ``names``; return the names of those that can be compiled.
+
+    Of robots that fly also as they fly with forces.
+    """
     return [name for name in names if _compile(load_scenario(scenario_path(name)))]
 
 
@@ -58,6 +61,8 @@ def _compile(scenario):
         if safety.acts and not safety.sensors:
             _compile_run(MEETING)
             return True
+        if scenario.fidelity == "kinematic" and experiment.world.team.is_spatial:
+            return _compile(scenario.changed(fidelity="dynamic"))
         return experiment.compile()
     finally:
         experiment.world.close()

@@ -269,7 +269,8 @@ class Experiment:
         """Return whether ``Leaps`` are to take the world from sample to sample."""
         if not self._is_compilable():
             return False
-        compiled, hint = compiling.pays(steps_of(self.scenario), self.scenario.n)
+        saved = getattr(self.world.motion, "SAVED", compiling.SAVED)
+        compiled, hint = compiling.pays(steps_of(self.scenario), self.scenario.n, saved)
         if hint:
             _report(hint)
         return compiled

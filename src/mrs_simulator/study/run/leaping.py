@@ -20,7 +20,8 @@ class Leaping:
         scenario, control = experiment.scenario, experiment.control
         self._every, self._between = scenario.steps_per_command, scenario.steps_per_record
         form = form_of(control)
-        self._leaps = Leaps(self._world, *form, self._every, control.l, control.saturation)
+        points = control.l, control.saturation, control.dimension
+        self._leaps = Leaps(self._world, *form, self._every, *points)
         self._by_step = 0  # the step up to which the world makes each by itself
 
     def blocks(self, steps):

@@ -132,6 +132,26 @@ def _flown_by(loops, inner, command, limits, numbers, step, air):
     return QuadrotorState(flight, wrap_angle(inner.aim + step * turning), held.T, against.T)
 
 
+def stretched(function, plan, inner, command, limits, numbers, step, air, near, kept, *given):
+    """Return the inner state after several steps of ``step`` [s], and what else ``function`` returns.
+
+    ``function``: ``flight_stretches.flight_stretch``, which has ``plan``, ``near`` and ``kept``;
+    ``command`` (m, 4), which is changed in place; ``air`` (m, 3) [m/s].  All rotors work.
+    """
+    m, (count, sub) = len(inner.aim), substeps(step)
+    parts_of = *inner.flight, inner.against, inner.held, inner.aim[:, np.newaxis]
+    state = tuple(np.array(each.T, order="C") for each in parts_of)
+    obeyed = np.array(command.T, order="C")
+    fastest = np.array(np.broadcast_to(AT_LIMIT * numbers.speed_max, m), dtype=float)
+    bounds = columns_of(limits.top, (m, 4)), table_of(numbers, sub, m), fastest
+    times = step, count, sub, VELOCITY_EVERY, PLACE_GAIN, LEARNING, STRONGEST
+    wind = columns_of(air, (m, 3))
+    result = function(plan, state, obeyed, bounds, wind, times, near, kept, *given)
+    command[:] = obeyed.T
+    *flight, against, held, aim = (each.T for each in state)
+    return QuadrotorState(Flight(*flight), aim[:, 0], held, against), result
+
+
 def substeps(duration):
     """Return how many substeps a step of ``duration`` [s] has, and how long they are [s]."""
     count = max(1, int(np.ceil(duration / SUBSTEP - 1e-9)))

@@ -273,11 +273,15 @@ class VerletList:
     def room(self, position):
         """Return a distance [m] that all robots may move from ``position`` and none comes into reach."""
         first, second = self.pairs(position)
-        unlisted = 0.5 * SKIN - np.sqrt(self._farthest_moved(position))
+        unlisted = self.unlisted(position)
         if not len(first):
             return unlisted
         nearest = np.sqrt(squared_apart(position, first, second).min())
         return min(unlisted, 0.5 * (nearest - self.reach))
+
+    def unlisted(self, position):
+        """Return a distance [m] that all robots may move before other pairs are to be listed."""
+        return 0.5 * SKIN - np.sqrt(self._farthest_moved(position))
 
     def _farthest_moved(self, position):
         return squared(position - self._origin).max()

@@ -23,6 +23,7 @@ HARD = 1.0  # [m/s] of sinking, above which it does not
 FRICTION, BOUNCE = 0.5, 0.2  # [-] chosen for plastic on a floor
 ROLLING = 1e-3  # [m] likewise
 DEEP = 1e-3  # [m] of penetration, below which bodies that slide along each other touch as well
+ROUNDING = 1e-6  # [m] by which places may be rounded, generously
 FEW = 1e-6  # [N] of a contact, above which there is one
 PARKED = -100.0  # [m] where bodies are that touch nothing
 
@@ -105,6 +106,28 @@ class FlightContacts:
 
     def _middles(self, place):
         return place + self._half_up
+
+    def room(self, place):
+        """Return how far [m] robots may move from ``place`` (m, 3) before bodies can touch each other or
+        obstacles."""
+        self._list.clear()
+        first, second = self._list.pairs(place[:, :2])
+        place, room = self._middles(place), self._list.unlisted(place[:, :2])
+        if len(first):
+            apart = np.sqrt(((place[second] - place[first]) ** 2).sum(axis=1))
+            room = min(room, 0.5 * (apart - self._reach[first] - self._reach[second]).min())
+        for obstacle in self._obstacles:
+            room = min(room, (_gap(obstacle, place) - self._reach).min())
+        return float(room) - ROUNDING
+
+    @property
+    def contact(self):
+        """Return what ``flight_stretches.reached`` takes of bodies."""
+        return self._reach, np.ascontiguousarray(self._half_up[:, 2]), MARGIN, LEVEL, HARD
+
+    def forget(self):
+        """Forget the contacts of the last step."""
+        self._found = {}
 
     # The solver ----------------------------------------------------------------------------------
 

@@ -29,6 +29,11 @@ class IncidentDetector:
         self._since[what] = held
         self._found += [(row, what) for row in np.flatnonzero(begun).tolist()]
 
+    @property
+    def is_idle(self):
+        """Return whether no condition holds, or has held and is remembered."""
+        return not any(since.any() for since in self._since.values())
+
     def add(self, rows, what):
         """Record the incident ``what`` of robots ``rows``."""
         self._found += [(row, what) for row in rows]

@@ -11,6 +11,7 @@ from mrs_simulator.world.contact.flight_contact import FlightContacts
 from mrs_simulator.world.incidents.incident_detection import IncidentDetector, mended, not_finite
 from mrs_simulator.world.motion.forced import ForcedMotion
 from mrs_simulator.world.motion.kinematic import KinematicMotion
+from mrs_simulator.world.motion.stretches import NEAR, STALE
 from mrs_simulator.world.motion.wind_and_waves import Weather
 
 LANDED = np.array([np.inf, np.inf, 0.0])  # [m/s] that the ground lets a robot go along x, y, z
@@ -84,6 +85,8 @@ class AirborneMotion(KinematicMotion):
     @property
     def spatial(self):
         """Return what pose and twist leave out, a ``Spatial``."""
+        if len(self._aloft) == len(self.team.groups) == 1 and not len(self._mirrored):
+            return self._aloft[self.team.groups[0].drive].spatial.copy()
         result = upright(self.pose[:, 2], self.z)
         for group, flight in self._flying():
             result.put(group.rows, flight.spatial)
@@ -150,6 +153,8 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
     Those in the water and on wheels move as ``ForcedMotion`` has them.
     """
 
+    SAVED = (200e-6, 200e-9)  # [s] that :meth:`leap` saves, as ``compiling.SAVED``
+
     def _flight_of(self, group, pose, z):
         rows = np.arange(self.team.n)[group.rows]
         weather = Weather(self._environment, self.step, self._seed, rows)
@@ -165,6 +170,21 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         if hasattr(group.drive, "lost"):
             touching = FlightContacts(group.kinds, names, self._bodies.obstacles, free)
         return AirborneGroup(group, pose, z, self.step, weather, touching)
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these robots: quadrotors in steady air."""
+        alone = len(self.team.groups) == len(self._aloft) == 1
+        still = not (len(self._mirrored) or self._encoders or self._bodies.moves)
+        return alone and still and all(flight.can_leap for _, flight in self._flying())
+
+    def leap(self, plan, command, function, kept, dimension, *given):
+        """Move by several steps as ``KinematicMotion.leap``, by ``flight_stretches.flight_stretch``."""
+        ((_, flight),) = self._flying()
+        result = flight.leap(plan, command, function, self.step, dimension, kept, *given)
+        self.pose, self._twist, self._contacts = np.array(flight.pose, order="F"), None, []
+        self.z = self._risen = flight.spatial.z.copy()
+        return result
 
     def move_obstacles(self, obstacles):
         """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
@@ -206,8 +226,8 @@ class AirborneGroup:
         self._take(group.drive.begin(np.array(pose), np.array(z), group.numbers))
 
     def _take(self, inner):
-        self._inner = inner
-        self._pose, self.twist, self.spatial = self._group.drive.state(inner)
+        self._inner, self._room = inner, None
+        self.pose, self.twist, self.spatial = self._group.drive.state(inner)
 
     @property
     def powered(self):
@@ -219,8 +239,7 @@ class AirborneGroup:
         """Return the poses (m, 3) after ``step`` [s] under ``command`` (m, axes)."""
         group, forces = self._group, ()
         if self._weather is not None:
-            wind = self._weather.disturbances().wind
-            forces = (np.column_stack([wind, np.zeros(len(wind))]),)
+            forces = (self._wind(),)
         if self._touching is not None:
             forces += (self._touching.solver(self._inner, step),)
         given = self._inner, command, group.limits, group.numbers, step
@@ -232,9 +251,39 @@ class AirborneGroup:
         self._look()
         below = self.spatial.z < 0.0
         if below.any():  # robots do not sink into the ground
-            place = np.column_stack([self._pose[:, :2], np.maximum(self.spatial.z, 0.0)])
+            place = np.column_stack([self.pose[:, :2], np.maximum(self.spatial.z, 0.0)])
             self.stop(below, place, LANDED)
-        return self._pose
+        return self.pose
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these robots."""
+        able = self._touching is not None and hasattr(self._group.drive, "stretched")
+        return able and self._weather.is_steady
+
+    def leap(self, plan, command, function, step, dimension, kept, *given):
+        """Move by several steps of ``step`` [s] as ``KinematicMotion.leap`` does.
+
+        ``dimension``: how many coordinates the controlled points have.
+        """
+        group, inner = self._group, self._inner
+        if inner.working is not None or not self.detector.is_idle:
+            return 0, 0, NEAR
+        is_new = self._room is None
+        room = self._touching.room(inner.place) if is_new else self._room
+        near, wind = (room, self._touching.contact, dimension), self._wind()
+        own = inner, command, group.limits, group.numbers, step, wind, near, kept
+        inner, (done, filled, room, why) = group.drive.stretched(function, plan, *own, *given)
+        if why == STALE and is_new and done == 0:
+            return 0, 0, NEAR
+        self._touching.forget()
+        self._take(inner)
+        self._room = None if why == STALE else room
+        return done, filled, why
+
+    def _wind(self):
+        wind = self._weather.disturbances().wind
+        return np.column_stack([wind, np.zeros(len(wind))])
 
     def _stopped(self, inner, rows):
         """Return ``inner`` with robots ``rows`` (m,) bool at rest, their motors off where they have any."""

@@ -5,19 +5,22 @@ import functools
 from mrs_simulator.core.compiled_terms import kernel
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
-from mrs_simulator.world.motion import stretches
+from mrs_simulator.world.motion import flight_stretches, stretches
 
 
 @functools.lru_cache(maxsize=None)
 def compiled_stretch(law, loops):
     """Return ``loops``, a stretch, under the function ``law`` of the points, compiled."""
-    return kernel(law, loops, jit(), jit(cache=True))
+    flies = loops is flight_stretches.flight_stretch
+    return kernel(law, loops, jit(), jit(cache=True), flight_stretches.kernels() if flies else None)
 
 
 def loops_for(world):
     """Return the loops of ``stretches`` that move the robots of ``world``."""
     if world.fidelity == "point_mass":
         return stretches.point_stretch
+    if world.team.is_spatial:
+        return flight_stretches.flight_stretch
     unicycles = world.team.axes == UNICYCLE_AXES
     return stretches.stretch if unicycles else stretches.sliding_stretch
 
@@ -25,14 +28,15 @@ def loops_for(world):
 class Leaps:
     """A ``World`` of one drive that moves by several steps at once under a law that is asked meanwhile."""
 
-    def __init__(self, world, law, given, every, l, saturation):
-        """``law(points, *given)`` returns velocities (n, 2); it is asked every ``every`` steps.
+    def __init__(self, world, law, given, every, l, saturation, dimension=2):
+        """``law(points, *given)`` returns velocities (n, d); it is asked every ``every`` steps.
 
-        ``l`` [m] is the hand length, ``saturation`` one of ``SCOPES``.
+        ``l`` [m] is the hand length, ``saturation`` one of ``SCOPES``, ``dimension`` d.
         """
         self._world, self._every = world, every
         self._law, self._function = law, None
-        self._given = l, stretches.SCOPES.index(saturation), *given
+        points = dimension if world.team.is_spatial else l  # those that fly are the centres
+        self._given = points, stretches.SCOPES.index(saturation), *given
 
     def advance(self, steps, ahead, between, kept):
         """Move by up to ``steps`` steps; return how many were made, how many samples kept, why it ended.

@@ -89,6 +89,11 @@ class Weather:
             np.array(environment.current), np.tile(self._wind, (m, 1)), np.zeros((m, 2))
         )
 
+    @property
+    def is_steady(self):
+        """Return whether the disturbances are the same in each step."""
+        return self._gusts is None and self._waves is None
+
     def disturbances(self):
         """Return the ``Disturbances`` in the next step."""
         present = self._still

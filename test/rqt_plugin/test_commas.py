@@ -48,7 +48,7 @@ def test_a_decimal_comma_is_a_point_in_fields_that_count_up_and_down(country):
     try:
         study = shown(quiet_study(shipped("consensus")), 1180, 720)
         study.settings_tabs.setCurrentIndex(0)
-        height = study.team._altitude
+        height = study.team.altitude_field
         height.setVisible(True)
         study.topology.setParent(None)
         shown(study.topology, 400, 400)

@@ -113,7 +113,7 @@ gui.tick()
 assert said("the law failed") == 1
 reported = gui.banners.text("error")
 assert "law.py:4, in calculateControlLaw: return 1 / 0" in reported.replace("\u200b", ""), reported
-os.kill(gui.study.processes._running["stage"].pid, 9)
+os.kill(gui.study.processes.running["stage"].pid, 9)
 until(lambda: said("stage killed by signal 9"))
 """
     )
@@ -361,7 +361,7 @@ def test_what_a_killed_gui_had_started_ends(gui, ros):
     code = """
 click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
-print(gui.study.processes._running["stage"].pid, flush=True)
+print(gui.study.processes.running["stage"].pid, flush=True)
 os.kill(os.getpid(), 9)
 """
     path = os.path.join(ROOT, "scenarios", "paper_four.yaml")

@@ -84,10 +84,10 @@ click("control")
 until(lambda: panel.title().startswith("Not started"))
 assert [row[:2] for row in panel.rows()] == [["robot3", "stands in place"]]
 assert "0.60 m" in panel.rows()[0][2] and panel.rows()[0][3] == "at most 0.3 m and rad"
-assert panel._start.isVisible() and not panel._start.isEnabled()
+assert panel.start_button.isVisible() and not panel.start_button.isEnabled()
 def judge():
-    QTest.mouseClick(panel._judged, Qt.LeftButton, pos=QPoint(8, panel._judged.height() // 2))
-    QTest.mouseClick(panel._start, Qt.LeftButton)
+    QTest.mouseClick(panel.judged, Qt.LeftButton, pos=QPoint(8, panel.judged.height() // 2))
+    QTest.mouseClick(panel.start_button, Qt.LeftButton)
 judge()
 until(lambda: gui.study.is_controlled())
 assert panel.title() == "1 finding, 14 checks passed. The controller starts."
@@ -105,7 +105,7 @@ click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
 found = {(row[0], row[1]) for row in gui.preflight.rows()}
 assert {("robot2", "publishes"), ("team", "predicted paths")} <= found, found
-assert not gui.preflight._start.isVisible()
+assert not gui.preflight.start_button.isVisible()
 assert not gui.study.is_controlled() and not gui.study.processes.is_running("control")
 """
     )
@@ -167,7 +167,7 @@ assert gui.bar.button("reset").isEnabled()
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
 assert ["team", "speed", "2", "1, as real robots go"] in gui.preflight.rows()
-assert not gui.preflight._start.isVisible()
+assert not gui.preflight.start_button.isVisible()
 gui.bar.speed_chosen.emit(5.0)
 assert "robot2: real" in gui.messages.toPlainText()
 gui.bar.speed_chosen.emit(1.0)

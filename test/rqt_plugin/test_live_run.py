@@ -94,7 +94,7 @@ def test_a_slower_speed_is_advised_while_a_simulation_runs_and_no_law_hangs(stud
     ):
         fresh.side_effect = lambda name, runs=runs: runs and name == "stage"
         monkeypatch.setattr(study.study.state, "hangs", lambda hangs=hangs: hangs)
-        study.status_line._show_timing()
+        study.status_line.show_timing()
         assert ("choose a slower speed" in study.banners.text("timing")) == advised
 
 
@@ -189,14 +189,14 @@ def test_the_banner_of_a_law_that_hangs_can_be_closed_and_comes_again_with_anoth
     monkeypatch.setattr(study.study.state, "hangs", lambda: hanging[0])
     for here in (True, False):
         study.study.processes.is_running.side_effect = lambda name, here=here: here
-        study.status_line._show_hanging()
+        study.status_line.show_hanging()
         assert hanging[0] in study.banners.text("hangs")
         assert ("law hangs at law.py:3," in study.banners.text("hangs")) == here
         study.banners.button("hangs", "Close").click()
-        study.status_line._show_hanging()
+        study.status_line.show_hanging()
         assert not study.banners.text("hangs")
         kept, hanging[0] = hanging[0], ""
-        study.status_line._show_hanging()
+        study.status_line.show_hanging()
         hanging[0] = kept
 
 
@@ -210,13 +210,13 @@ def test_a_stop_that_was_asked_for_is_no_error(study):
 
 def test_warnings_are_closed_whatever_the_controller_does_meanwhile(study):
     status = SimpleNamespace(running=True, warnings=("deadlock",))
-    study.live._show_warnings(status)
+    study.live.show_warnings(status)
     study.live.go_on(None)  # after a replay
     study.banners.button("warnings", "Close").click()
     assert not study.banners.text("warnings")
-    study.live._show_warnings(status)
+    study.live.show_warnings(status)
     assert not study.banners.text("warnings")
-    study.live._show_warnings(SimpleNamespace(running=True, warnings=("deadlock", "slow")))
+    study.live.show_warnings(SimpleNamespace(running=True, warnings=("deadlock", "slow")))
     assert study.banners.text("warnings") == "deadlock\nslow"
 
 

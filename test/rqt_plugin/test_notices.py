@@ -63,7 +63,7 @@ def test_the_heaviest_matter_is_on_top_and_a_strip_goes_with_its_matter(app):
     banners.notify("error", "error", "Wrong")
     banners.notify("timing", "warning", "Late")
     active(banners, 700, 200)
-    texts = [banners._column.itemAt(i).widget().text for i in range(banners._column.count())]
+    texts = [banners.column.itemAt(i).widget().text for i in range(banners.column.count())]
     assert texts == ["Stopped", "Wrong", "Late", "Saving"]
     QTest.mouseClick(banners.button("saving", "Cancel"), Qt.LeftButton)
     assert pressed == [True]

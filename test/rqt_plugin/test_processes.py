@@ -88,7 +88,7 @@ def test_a_recorder_has_the_time_to_write_its_results(deaf, tmp_path, closes):
     (tmp_path / "rosrun").write_text(WRITING)
     deaf.start("record", "record")
     wait_until(lambda: "started" in deaf.output("record"))
-    process = deaf._running["record"]
+    process = deaf.running["record"]
     if closes:
         deaf.close()
     else:

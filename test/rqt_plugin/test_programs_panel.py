@@ -138,10 +138,10 @@ def test_one_that_runs_is_ended_restarted_and_killed(study):
     assert wait_until(lambda: state(study, name).startswith("runs for"))
     assert not study.programs.buttons["remove"].isEnabled()
     wait_until(lambda: "running" in study.study.processes.output(name))
-    first = study.study.processes._running[name].pid
+    first = study.study.processes.running[name].pid
     press(study, "restart")
     assert wait_until(lambda: state(study, name).startswith("runs for"))
-    assert study.study.processes._running[name].pid != first
+    assert study.study.processes.running[name].pid != first
     press(study, "kill")
     assert wait_until(lambda: state(study, name) == "killed (signal 9)")
     press(study, "start")

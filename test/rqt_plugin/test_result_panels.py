@@ -133,7 +133,7 @@ def test_results_are_tinted_as_the_theme_allows(verdict):
 
 
 def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
-    QTest.mouseClick(verdict._copy, Qt.LeftButton)
+    QTest.mouseClick(verdict.copy, Qt.LeftButton)
     lines = QApplication.clipboard().text().split("\n")
     assert lines[0].split("\t")[:4] == ["about", "claim", "result", "predicted"]
     assert len(lines) == 5 and lines[1].split("\t")[2] == "FAILED"
@@ -160,7 +160,7 @@ def test_robots_that_are_ready(panel):
     assert panel.title().startswith("Checking the robots")
     panel.set_findings([], 12, "", False)
     assert panel.title() == "All robots ready: 12 checks passed."
-    assert panel.rows() == [] and not panel._start.isVisible()
+    assert panel.rows() == [] and not panel.start_button.isVisible()
 
 
 def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
@@ -168,17 +168,17 @@ def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
     assert panel.rows() == [
         ["robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3 m and rad"]
     ]
-    QTest.mouseClick(panel._start, Qt.LeftButton)
+    QTest.mouseClick(panel.start_button, Qt.LeftButton)
     assert panel.asked == []
-    QTest.mouseClick(panel._judged, Qt.LeftButton, pos=QPoint(8, panel._judged.height() // 2))
-    QTest.mouseClick(panel._start, Qt.LeftButton)
-    assert panel.asked == [True] and not panel._start.isVisible()
+    QTest.mouseClick(panel.judged, Qt.LeftButton, pos=QPoint(8, panel.judged.height() // 2))
+    QTest.mouseClick(panel.start_button, Qt.LeftButton)
+    assert panel.asked == [True] and not panel.start_button.isVisible()
     # What was judged once is not judged for the next time.
     panel.set_findings([PLACE], 11, "refused", True)
-    assert panel._start.isVisible() and not panel._start.isEnabled()
+    assert panel.start_button.isVisible() and not panel.start_button.isEnabled()
     panel.set_findings([PLACE, SILENT], 10, "refused", False)
-    assert not panel._start.isVisible() and "Not started: 2 findings" in panel.title()
-    QTest.mouseClick(panel._copy, Qt.LeftButton)
+    assert not panel.start_button.isVisible() and "Not started: 2 findings" in panel.title()
+    QTest.mouseClick(panel.copy, Qt.LeftButton)
     assert QApplication.clipboard().text().count("\n") == 2
 
 

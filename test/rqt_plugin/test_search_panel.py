@@ -223,7 +223,7 @@ def test_cancel_ends_the_search(study):
     panel.vary.setPlainText("control.parameters.gain: [0.4, 0.6]")
     panel.runs.setValue(100000)
     press(panel.buttons[BREAK])
-    process = study.study.processes._jobs["search"]
+    process = study.study.processes.jobs["search"]
     until(study, lambda: progress_in(study.study.processes.output("search"))[0])
     assert "runs" in panel.title.message
     press(panel.cancel)

@@ -316,7 +316,7 @@ def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
 def test_the_panel_tells_state_rate_and_age(study):
     study.results_tabs.setCurrentWidget(study.sensors)
     study.sensors.grab()
-    note, robots = study.sensors._note, study.sensors._robots
+    note, robots = study.sensors.note, study.sensors.robots
     assert note.isVisible() and note.geometry().left() > robots.geometry().right()
     study.selection.choose(2)
     compass = CompassReading(0.0, 0.5)
@@ -510,13 +510,13 @@ def test_only_the_depth_that_is_wanted_is_listened_to(study):
 def test_the_panel_says_why_it_is_empty(study):
     study.results_tabs.setCurrentWidget(study.sensors)
     study.sensing.show()
-    assert "Choose a robot" in study.sensors._note.text()
+    assert "Choose a robot" in study.sensors.note.text()
     study.show_scenario(
         scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": {"sonar": None}}]})
     )
     study.selection.choose(1)
     study.sensing.show()
-    assert "has no sensors" in study.sensors._note.text()
+    assert "has no sensors" in study.sensors.note.text()
 
 
 # Over ROS
@@ -538,7 +538,7 @@ until(lambda: gui.connection._sensors.is_idle)
 gui.results_tabs.setCurrentWidget(gui.programs)
 panel, processes, reported = gui.programs, gui.study.processes, gui.connection.diagnostics
 until(lambda: any(part.name == "stage" and part.level == "good" for part in reported()))
-first = processes._running["stage"].pid
+first = processes.running["stage"].pid
 
 def press(name, action):
     panel.select(name)
@@ -546,7 +546,7 @@ def press(name, action):
     panel.buttons[action].click()
 
 press("stage", "restart")
-until(lambda: processes.is_running("stage") and processes._running["stage"].pid != first)
+until(lambda: processes.is_running("stage") and processes.running["stage"].pid != first)
 until(lambda: gui.connection.is_fresh("stage"))
 press("stage", "end")
 until(lambda: processes.is_gone("stage"))
@@ -566,7 +566,7 @@ def test_of_a_recorded_run_motion_is_shown_and_no_sensor_that_is_waited_for(stud
     study.sensing.show()
     table = study.sensors.table
     assert [table.text(row, 0) for row in range(table.rowCount())] == ["motion"]
-    assert "not in a recorded run" in study.sensors._note.message
+    assert "not in a recorded run" in study.sensors.note.message
     study.opened.run = None
     study.sensing.show()
     assert table.rowCount() == now

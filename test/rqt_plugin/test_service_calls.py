@@ -116,7 +116,7 @@ def test_the_close_of_programs_does_not_wait_for_one_that_takes_its_time(monkeyp
     )
     processes = Processes()
     processes.start("stage", "stage")
-    program = processes._running["stage"]
+    program = processes.running["stage"]
     wait_until(lambda: "ready" in processes.output("stage"))
     processes.close()
     assert program.poll() is None  # a thread waits for it, not the GUI

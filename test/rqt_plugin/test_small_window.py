@@ -48,13 +48,13 @@ def test_a_robot_that_is_selected_moves_no_button_and_its_trail_is_hidden_in_row
     APP.processEvents()
     assert (panel._fit.y(), study.map.height(), study.map.y()) == before
     (entry,) = [each for each in panel.layers.menu().actions() if each.text() == "Trail of 3"]
-    assert entry.isVisible() and panel.layers.isVisible() != panel._trail.isVisible()
+    assert entry.isVisible() and panel.layers.isVisible() != panel.trail.isVisible()
     entry.trigger()
-    assert not panel._trail.isChecked() and not entry.isChecked()
+    assert not panel.trail.isChecked() and not entry.isChecked()
     panel.choose(2)
-    assert panel._trail.isChecked() and entry.isChecked() and entry.text() == "Trail of 2"
+    assert panel.trail.isChecked() and entry.isChecked() and entry.text() == "Trail of 2"
     panel.choose(3)
-    assert not panel._trail.isChecked() and not entry.isChecked()
+    assert not panel.trail.isChecked() and not entry.isChecked()
     study.close_study()
 
 

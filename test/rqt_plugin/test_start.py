@@ -45,8 +45,8 @@ def test_the_picker_finds_by_words_and_opens_by_return():
     memory.opened(scenario_path("marching"), "text")
     picker, chosen = ScenarioPicker(memory), []
     picker.chosen.connect(chosen.append)
-    picker._cards.close()
-    picker._timer.stop()
+    picker.cards.close()
+    picker.timer.stop()
     for name in ("marching", "paper", "consensus"):
         picker._add(card_of(scenario_path(name), QColor("white"), QColor("black")))
     assert [picker.list.item(row).data(CARD)[1] for row in range(3)] == [
@@ -70,7 +70,7 @@ def test_the_tour_has_six_steps_and_one_click_ends_it_for_ever():
     texts = []
     for _ in range(6):
         tour = study.start.tour
-        texts.append(tour._text.text())
+        texts.append(tour.text.text())
         assert study.rect().contains(tour.geometry())
         tour.next.click()
     assert len(set(texts)) == 6 and study.start.tour is None

@@ -329,7 +329,7 @@ def test_cancel_ends_the_sweep_and_its_workers_and_keeps_what_has_ended(study):
     fill(panel.axes[0], "gain", "0.1", "1", 15)
     fill(panel.axes[1], "control.rate", "20", "100", 15)
     press(panel.start)
-    cells, process = study.sweep_control.cells, study.study.processes._jobs["sweep"]
+    cells, process = study.sweep_control.cells, study.study.processes.jobs["sweep"]
     until(study, lambda: cells.known())
     assert len(alive(process.pid)) > 1  # with a worker
     press(panel.cancel)
@@ -346,7 +346,7 @@ def test_closing_the_window_ends_the_sweep(study):
     fill(panel.axes[0], "gain", "0.1", "1", 15)
     fill(panel.axes[1], "control.rate", "20", "100", 15)
     press(panel.start)
-    process = study.study.processes._jobs["sweep"]
+    process = study.study.processes.jobs["sweep"]
     study.close_study()
     study.study.processes.wait_closed()
     assert process.poll() is not None

@@ -497,15 +497,18 @@ def test_kinds_of_the_scenarios_own_are_shown_and_offered(panel):
 
 
 def test_the_height_of_those_who_fly_is_set_for_all_or_for_those_selected(panel):
-    assert not panel._altitude.isVisible() and panel.altitude() is None
+    assert not panel.altitude_field.isVisible() and panel.altitude() is None
     kinds = ("crazyflie2", "crazyflie2", "pioneer3dx")
     panel.set_team(make_layout("line", 3), kinds, [1.0, 2.0, 3.0])
-    assert panel._altitude.isVisible() and panel._altitude.text() == "several initial heights"
+    assert (
+        panel.altitude_field.isVisible()
+        and panel.altitude_field.text() == "several initial heights"
+    )
     assert panel.altitude().tolist() == [1.0, 2.0, 0.0]  # what does not fly stands on the ground
-    panel._altitude.setValue(1.5)
+    panel.altitude_field.setValue(1.5)
     assert panel.altitude().tolist() == [1.5, 1.5, 0.0] and len(panel.changes) == 1
     go_to(panel, 2)
-    panel._altitude.setValue(0.5)
+    panel.altitude_field.setValue(0.5)
     assert panel.altitude().tolist() == [1.5, 0.5, 0.0] and len(panel.changes) == 2
     panel.number.setValue(2)
     panel.number.setValue(4)
@@ -517,7 +520,7 @@ def test_the_height_of_those_who_fly_is_set_for_all_or_for_those_selected(panel)
 def test_robots_above_each_other_do_not_overlap(panel):
     panel.set_team(np.zeros((2, 3)), ("crazyflie2",) * 2, [1.0, 2.0])
     assert panel.overlapping == set()
-    panel._altitude.setValue(1.0)
+    panel.altitude_field.setValue(1.0)
     assert panel.overlapping == {1, 2}
 
 

@@ -115,7 +115,7 @@ def whole_run(taken):
     team.is_taken.return_value = taken
     study.is_controlled.return_value = False
     whole = WholeRun(study, SimpleNamespace(cleared=0), MagicMock(), team, lambda said: None)
-    whole._wait_for("reset")
+    whole.wait_for("reset")
     return whole, study, team
 
 
@@ -183,7 +183,7 @@ def test_a_run_ends_after_its_duration_though_no_robot_moves(begun):
     history = SimpleNamespace(begun=begun, time=[0.0], cleared=2, scenario=None, recorded="run")
     study.scenario.duration = 5.0
     whole = WholeRun(study, history, results, MagicMock(), lambda said: None)
-    whole._wait_for("end")
+    whole.wait_for("end")
     for time, ended in ((4.9, False), (5.0, True)):
         study.connection.snapshot.return_value = SimpleNamespace(time=time)
         whole.follow()
@@ -201,7 +201,7 @@ def test_a_run_that_no_program_records_begins_with_its_controller_where_no_robot
     )
     study.scenario.duration = 5.0
     whole = WholeRun(study, history, results, MagicMock(), lambda said: None)
-    whole._wait_for("end")
+    whole.wait_for("end")
     begun = 4.0 if since is None else since  # when the controller was first seen
     for time, ended in ((4.0, False), (begun + 4.9, False), (begun + 5.0, True)):
         study.connection.snapshot.return_value = SimpleNamespace(time=time)
@@ -214,7 +214,7 @@ def test_after_a_refused_start_run_is_free_at_once():
     study = MagicMock()
     given = SimpleNamespace(cleared=0), MagicMock(), MagicMock()
     whole = WholeRun(study, *given, lambda said: None)
-    whole._wait_for("simulation")
+    whole.wait_for("simulation")
     study.state.no_start.return_value = "no simulation"
     for gone in (False, True):
         study.stage.is_gone.return_value = gone
@@ -233,7 +233,7 @@ def test_a_run_outlasts_a_controller_that_is_silent_for_a_while(runs_on):
     study.scenario.duration = 5.0
     connection.snapshot.return_value = SimpleNamespace(time=5.0)
     whole = WholeRun(study, history, results, MagicMock(), lambda said: None)
-    whole._wait_for("end")
+    whole.wait_for("end")
     connection.is_fresh.return_value = False
     processes.is_running.return_value = runs_on
     whole.follow()
@@ -241,7 +241,7 @@ def test_a_run_outlasts_a_controller_that_is_silent_for_a_while(runs_on):
     connection.is_fresh.return_value = True
     whole.follow()
     assert results.judge.called == runs_on  # what has ended meanwhile is no run any more
-    whole._wait_for("end")
+    whole.wait_for("end")
     control.running = connection.is_fresh.return_value = False  # stopped before it was silent
     whole.follow()
-    assert not whole._waits
+    assert not whole.waits

@@ -219,7 +219,7 @@ class MapPanel(QWidget):
         super().resizeEvent(event)
         self.lesser.fold(self._least_width() > self.width())
         # That of the trail too, whether a robot is selected or not: else the map would move.
-        row = [*self.shown.values(), self._group, self._fit, self._trail]
+        row = [*self.shown.values(), self._group, self._fit, self.trail]
         wide = sum(each.sizeHint().width() + self._row.spacing() for each in row)
         for box in self.shown.values():
             box.setVisible(wide <= self.width())
@@ -233,16 +233,16 @@ class MapPanel(QWidget):
         return modes + sum(each.sizeHint().width() + 3 * self._row.spacing() for each in rest)
 
     def _build_trail(self):
-        self._trail = QCheckBox("Trail of ...")
-        self._trail.setToolTip("Show or hide the trajectory of the robot selected")
-        self._row.addWidget(self._trail)
-        self._trail.setVisible(False)
-        self._trail.toggled.connect(self._on_trail)
-        self._trail_entry = self.layers.menu().addAction(self._trail.text())
+        self.trail = QCheckBox("Trail of ...")
+        self.trail.setToolTip("Show or hide the trajectory of the robot selected")
+        self._row.addWidget(self.trail)
+        self.trail.setVisible(False)
+        self.trail.toggled.connect(self._on_trail)
+        self._trail_entry = self.layers.menu().addAction(self.trail.text())
         self._trail_entry.setCheckable(True)
         self._trail_entry.setVisible(False)
-        self._trail_entry.toggled.connect(self._trail.setChecked)
-        self._trail.toggled.connect(self._trail_entry.setChecked)
+        self._trail_entry.toggled.connect(self.trail.setChecked)
+        self.trail.toggled.connect(self._trail_entry.setChecked)
 
     def _set_mode(self, mode):
         self.map.set_mode(mode)
@@ -266,17 +266,17 @@ class MapPanel(QWidget):
         """Highlight the robot ``number``, 0 for none, and offer its trail."""
         self._chosen = number
         self.map.select(number)
-        self._trail.setText("Trail of {}".format(number))
-        self._trail.blockSignals(True)
-        self._trail.setChecked(number not in self._hidden)
-        self._trail.blockSignals(False)
-        self._trail_entry.setText(self._trail.text())
-        self._trail_entry.setChecked(self._trail.isChecked())
+        self.trail.setText("Trail of {}".format(number))
+        self.trail.blockSignals(True)
+        self.trail.setChecked(number not in self._hidden)
+        self.trail.blockSignals(False)
+        self._trail_entry.setText(self.trail.text())
+        self._trail_entry.setChecked(self.trail.isChecked())
         self._show_trail()
 
     def _show_trail(self):
         """Offer the trail of the robot selected in the row, or in the menu where layers are in that."""
-        self._trail.setVisible(self._chosen > 0 and self.layers.isHidden())
+        self.trail.setVisible(self._chosen > 0 and self.layers.isHidden())
         self._trail_entry.setVisible(self._chosen > 0)
 
     @guarded

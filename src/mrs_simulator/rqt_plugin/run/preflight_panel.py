@@ -36,20 +36,20 @@ class PreflightPanel(QWidget):
         super().__init__(parent)
         self._title = MessageLabel("aside")
         self.table = ResultsTable(HEADERS, widest=FOUND)
-        self._copy = QPushButton("Copy")
-        self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        self._copy.clicked.connect(self.table.copy)
-        self._judged = QCheckBox(JUDGE)
-        self._start = QPushButton("Start anyway")
-        self._start.setToolTip(START_TIP)
-        self._judged.toggled.connect(self._start.setEnabled)
-        self._start.clicked.connect(self._on_start)
+        self.copy = QPushButton("Copy")
+        self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
+        self.copy.clicked.connect(self.table.copy)
+        self.judged = QCheckBox(JUDGE)
+        self.start_button = QPushButton("Start anyway")
+        self.start_button.setToolTip(START_TIP)
+        self.judged.toggled.connect(self.start_button.setEnabled)
+        self.start_button.clicked.connect(self._on_start)
         layout, first, last = QVBoxLayout(self), QHBoxLayout(), QHBoxLayout()
         layout.setContentsMargins(4, 4, 4, 4)
         first.addWidget(self._title, 1)
-        first.addWidget(self._copy)
-        last.addWidget(self._judged)
-        last.addWidget(self._start)
+        first.addWidget(self.copy)
+        last.addWidget(self.judged)
+        last.addWidget(self.start_button)
         last.addStretch(1)
         layout.addLayout(first)
         layout.addWidget(self.table, 1)
@@ -64,9 +64,9 @@ class PreflightPanel(QWidget):
 
     def _offer(self, offered):
         """Offer the start in spite of what was found, or not; it is judged anew each time."""
-        self._judged.setChecked(False)
-        self._start.setEnabled(False)
-        for widget in (self._judged, self._start):
+        self.judged.setChecked(False)
+        self.start_button.setEnabled(False)
+        for widget in (self.judged, self.start_button):
             widget.setVisible(offered)
 
     def set_running(self, starting):
@@ -74,7 +74,7 @@ class PreflightPanel(QWidget):
         after = ", the controller starts if they are ready" if starting else ""
         self._title.say("Checking the robots{} ...".format(after), "aside")
         self.table.set_rows([])
-        self._copy.setEnabled(False)
+        self.copy.setEnabled(False)
         self._offer(False)
 
     def set_findings(self, findings, passed, outcome, may_judge):
@@ -85,7 +85,7 @@ class PreflightPanel(QWidget):
         """
         rows = [[f.robot or "team", f.what, f.value, f.wanted] for f in findings]
         self.table.set_rows(rows, tints=[(row, 1, "error") for row in range(len(rows))])
-        self._copy.setEnabled(bool(rows))
+        self.copy.setEnabled(bool(rows))
         text = _title(len(findings), passed, outcome, may_judge)
         self._title.say(text, "error" if findings else "good")
         self._offer(may_judge)

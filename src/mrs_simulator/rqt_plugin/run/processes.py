@@ -24,7 +24,7 @@ class Processes:
     def __init__(self):
         _let_programs_be_interrupted()
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
-        self._running, self._jobs, self._begun = {}, {}, {}
+        self.running, self.jobs, self._begun = {}, {}, {}
         self._newest = {}  # the last process of each name
         self._closing = None  # the thread that ends them all
 
@@ -40,7 +40,7 @@ class Processes:
         """Start ``command``, a list of words; one of that name that still runs is ended first."""
         self.stop(name)
         process = self._open(name, command)
-        self._running[name] = self._newest[name] = process
+        self.running[name] = self._newest[name] = process
         self._begun[name] = time.monotonic()
 
     def code(self, name):
@@ -51,7 +51,7 @@ class Processes:
     def begin(self, name, script, *arguments):
         """Start a script of this package as ``run`` does, without waiting; return its ``Popen``."""
         command = [*self.command(script), *map(str, arguments)]
-        self._jobs[name] = process = self._open(name, command)
+        self.jobs[name] = process = self._open(name, command)
         return process
 
     def run(self, name, script, *arguments, limit=None):
@@ -66,7 +66,7 @@ class Processes:
 
     def cancel(self, name):
         """End the script that ``run`` or ``begin`` has started as ``name``, if it still runs."""
-        process = self._jobs.get(name)
+        process = self.jobs.get(name)
         if process is not None:
             threading.Thread(target=_end_all, args=([process],)).start()
 
@@ -84,7 +84,7 @@ class Processes:
 
     def is_running(self, name):
         """Return whether the program started as ``name`` still runs."""
-        process = self._running.get(name)
+        process = self.running.get(name)
         return process is not None and process.poll() is None
 
     def age(self, name):
@@ -96,17 +96,17 @@ class Processes:
 
         Until then what it published counts as that of a program that runs.
         """
-        return any(n.partition(" ")[0] == name and n != name for n in self._running)
+        return any(n.partition(" ")[0] == name and n != name for n in self.running)
 
     def is_gone(self, name):
         """Return whether ``name`` neither runs nor has ended without ``take_ended`` having reported it."""
-        return all(n.partition(" ")[0] != name for n in self._running)
+        return all(n.partition(" ")[0] != name for n in self.running)
 
     def take_ended(self):
         """Return ``(name, exit code, output)`` of the programs that ended by themselves."""
-        ended = [(n, p.returncode) for n, p in self._running.items() if p.poll() is not None]
+        ended = [(n, p.returncode) for n, p in self.running.items() if p.poll() is not None]
         for name, _ in ended:
-            del self._running[name]
+            del self.running[name]
         return [(name, code, self.output(name)) for name, code in ended]
 
     def output(self, name):
@@ -120,15 +120,15 @@ class Processes:
 
     def stop(self, name):
         """End the program called ``name`` by the signals of ``ENDINGS`` in turn; return at once."""
-        process = self._running.pop(name, None)
+        process = self.running.pop(name, None)
         if process is not None:
-            self._running["{} {}".format(name, process.pid)] = process
+            self.running["{} {}".format(name, process.pid)] = process
             given = [process], PATIENCE.get(name, 0.0)
             threading.Thread(target=_end_all, args=given).start()
 
     def kill(self, name):
         """Kill the program ``name`` and its child processes at once."""
-        process = self._running.get(name)
+        process = self.running.get(name)
         if process is not None:
             _signal(process, signal.SIGKILL)
 
@@ -137,11 +137,11 @@ class Processes:
 
         The interpreter waits for them too: a host that lives on need not.
         """
-        started = {0.0: [*self._jobs.values()]}  # by how much longer they have
-        for name, process in self._running.items():
+        started = {0.0: [*self.jobs.values()]}  # by how much longer they have
+        for name, process in self.running.items():
             patience = PATIENCE.get(name.partition(" ")[0], 0.0)
             started.setdefault(patience, []).append(process)
-        self._running.clear()
+        self.running.clear()
         self._closing = threading.Thread(target=self._end, args=(started,))
         self._closing.start()
 

@@ -41,17 +41,17 @@ class SensorsPanel(QWidget):
         super().__init__(parent)
         self.number = 0  # of the robot shown, 0 for none
         self._shown = None
-        self._robots, self._note = NoWheelComboBox(), MessageLabel("aside")
+        self.robots, self.note = NoWheelComboBox(), MessageLabel("aside")
         self.state = MessageLabel("aside")
-        self._robots.setToolTip("The robot whose sensors are shown")
-        self._robots.activated.connect(self._on_chosen)
+        self.robots.setToolTip("The robot whose sensors are shown")
+        self.robots.activated.connect(self._on_chosen)
         self.table = ResultsTable(HEADERS, widest=READING)
         row = QHBoxLayout()
         label = QLabel("Robot")
-        label.setBuddy(self._robots)
-        self._robots.setFixedWidth(int(10 * self.fontMetrics().averageCharWidth()))
-        self._robots.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Fixed)  # beside the note
-        for widget, stretch in ((label, 0), (self._robots, 0), (self._note, 1)):
+        label.setBuddy(self.robots)
+        self.robots.setFixedWidth(int(10 * self.fontMetrics().averageCharWidth()))
+        self.robots.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Fixed)  # beside the note
+        for widget, stretch in ((label, 0), (self.robots, 0), (self.note, 1)):
             row.addWidget(widget, stretch)
         row.addStretch(0)
         layout = QVBoxLayout(self)
@@ -68,7 +68,7 @@ class SensorsPanel(QWidget):
         below.addWidget(self.table, 1)
         below.addLayout(beside)
         layout.addLayout(below, 1)
-        self._note.say(CHOOSE)
+        self.note.say(CHOOSE)
 
     @property
     def wants_depth(self):
@@ -78,15 +78,15 @@ class SensorsPanel(QWidget):
     def set_robots(self, numbers):
         """Offer the robots ``numbers``."""
         wanted = [""] + [str(number) for number in numbers]
-        if wanted != [self._robots.itemText(k) for k in range(self._robots.count())]:
-            self._robots.clear()
-            self._robots.addItems(wanted)
+        if wanted != [self.robots.itemText(k) for k in range(self.robots.count())]:
+            self.robots.clear()
+            self.robots.addItems(wanted)
             self.show_robot(self.number if self.number in numbers else 0)
 
     def show_robot(self, number):
         """Show the robot ``number``, 0 for none; no signal."""
         self.number = number
-        self._robots.setCurrentIndex(max(0, self._robots.findText(str(number))))
+        self.robots.setCurrentIndex(max(0, self.robots.findText(str(number))))
         self.show_sensors({}, {})
 
     def show_state(self, flight, incidents):
@@ -102,7 +102,7 @@ class SensorsPanel(QWidget):
 
     @guarded
     def _on_chosen(self, place):
-        self.robot_chosen.emit(int(self._robots.itemText(place) or 0))
+        self.robot_chosen.emit(int(self.robots.itemText(place) or 0))
 
     def show_sensors(self, mounts, received, trouble="", depth=None, status=(), recorded=False):
         """Show the readings ``received`` of the robot's ``mounts``, by name.
@@ -116,7 +116,7 @@ class SensorsPanel(QWidget):
         rows += [(each.name, each.message, "", _age(each.age), each.level) for each in status]
         note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
         note = NOT_RECORDED if recorded and self.number else note
-        self._note.say(trouble or note, "error" if trouble else "aside")
+        self.note.say(trouble or note, "error" if trouble else "aside")
         tints = [(k, STATE, TINTS.get(cells[STATE], "error")) for k, cells in enumerate(rows)]
         tips = [
             _tip(mount, received.get(name), cells)

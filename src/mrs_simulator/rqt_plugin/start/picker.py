@@ -113,9 +113,9 @@ class ScenarioPicker(QDialog):
         column.addLayout(self._build_buttons())
         line = self.fontMetrics().height()
         self.resize(TEXT_ROOM * line, 38 * line)
-        self._cards, self._groups = None, {}
-        self._timer = QTimer(self, interval=POLL)
-        self._timer.timeout.connect(self._follow)
+        self.cards, self._groups = None, {}
+        self.timer = QTimer(self, interval=POLL)
+        self.timer.timeout.connect(self._follow)
         self._begin()
 
     def _build_buttons(self):
@@ -146,16 +146,16 @@ class ScenarioPicker(QDialog):
         order = [*recent, *(path for path in paths if path not in recent)]
         palette = self.palette()
         colours = palette.color(QPalette.Base), palette.color(QPalette.Text)
-        self._cards = Cards(order, *colours)
-        self._timer.start()
+        self.cards = Cards(order, *colours)
+        self.timer.start()
 
     @guarded
     def _follow(self):
-        done = self._cards.is_done()
-        for card in self._cards.take():
+        done = self.cards.is_done()
+        for card in self.cards.take():
             self._add(card)
         if done:
-            self._timer.stop()
+            self.timer.stop()
 
     def _add(self, card):
         group = self._groups[card.path]
@@ -193,8 +193,8 @@ class ScenarioPicker(QDialog):
     def hideEvent(self, event):
         """Make no more cards, and go."""
         super().hideEvent(event)
-        self._timer.stop()
-        self._cards.close()
+        self.timer.stop()
+        self.cards.close()
 
 
 def _place(name):

@@ -32,9 +32,9 @@ class Tour(QFrame):
         self._ring.setObjectName("ring")
         self._ring.setStyleSheet(RING.format(hue))
         self._ring.setAttribute(Qt.WA_TransparentForMouseEvents)
-        self._text, self._count = QLabel(), QLabel()
-        self._text.setWordWrap(True)
-        self._text.setTextFormat(Qt.RichText)
+        self.text, self._count = QLabel(), QLabel()
+        self.text.setWordWrap(True)
+        self.text.setTextFormat(Qt.RichText)
         self.next, self.close_button = QPushButton("Next"), QPushButton("Close, never show again")
         self.next.clicked.connect(self._on_next)
         self.close_button.clicked.connect(self._on_close)
@@ -42,7 +42,7 @@ class Tour(QFrame):
         row.addWidget(self._count, 1)
         row.addWidget(self.close_button)
         row.addWidget(self.next)
-        column.addWidget(self._text)
+        column.addWidget(self.text)
         column.addLayout(row)
         self.setFixedWidth(max(WIDE * self.fontMetrics().height(), row.sizeHint().width() + 24))
         self._again = QTimer(self, singleShot=True)
@@ -67,7 +67,7 @@ class Tour(QFrame):
             each.installEventFilter(self)
 
     def _show(self):
-        self._text.setText(self._steps[self._step][1])
+        self.text.setText(self._steps[self._step][1])
         self._count.setText("{} of {}".format(self._step + 1, len(self._steps)))
         is_last = self._step == len(self._steps) - 1
         self.next.setText("Done" if is_last else "Next")

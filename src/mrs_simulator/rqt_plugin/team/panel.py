@@ -84,8 +84,8 @@ class TeamPanel(QWidget):
         self.kind = NoWheelComboBox()
         self.kind.setToolTip(KIND_TIP)
         self.kind.activated.connect(self._on_kind)
-        self._altitude = AltitudeField()
-        self._altitude.chosen.connect(self._on_altitude)
+        self.altitude_field = AltitudeField()
+        self.altitude_field.chosen.connect(self._on_altitude)
         self.table.selectionModel().selectionChanged.connect(self._on_selection)
 
     def _build_scenario_buttons(self):
@@ -105,7 +105,7 @@ class TeamPanel(QWidget):
         number.addWidget(self.kind, 1)
         self._first_line.addLayout(buttons)
         self._first_line.addLayout(number)
-        self._first_line.addWidget(self._altitude)
+        self._first_line.addWidget(self.altitude_field)
 
     # What is shown -------------------------------------------------------------------------------
 
@@ -178,8 +178,8 @@ class TeamPanel(QWidget):
         self.kind.setCurrentIndex(max(0, self.kind.findData(shown)))
         self.kind.blockSignals(False)
         rows = [row for row in self._group_rows() if row < len(kinds) and self._flies[row]]
-        self._altitude.show_heights(self._heights[rows])
-        self._altitude.setVisible(bool(self._flies.any()))
+        self.altitude_field.show_heights(self._heights[rows])
+        self.altitude_field.setVisible(bool(self._flies.any()))
 
     def select(self, number):
         """Select the row of robot ``number`` alone, 0 for none; no signal."""
@@ -236,7 +236,7 @@ class TeamPanel(QWidget):
         """
         self.table.set_editable(editable)
         self._open.setEnabled(editable or may_open)
-        for widget in (self.number, self.kind, self._altitude, self.layouts):
+        for widget in (self.number, self.kind, self.altitude_field, self.layouts):
             widget.setEnabled(editable)
         self.locked.say("" if editable or not why else "{}{}".format(why[0].upper(), why[1:]))
         remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)

@@ -59,21 +59,21 @@ class VerdictPanel(QWidget):
         self.verdict = None  # as in verdict.json, None before the first
         self._title, self.more = MessageLabel("aside"), MessageLabel("aside")
         self.table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
-        self._copy = QPushButton("Copy")
-        self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        self._copy.clicked.connect(self.table.copy)
+        self.copy = QPushButton("Copy")
+        self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
+        self.copy.clicked.connect(self.table.copy)
         page, line = QWidget(), QHBoxLayout()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(4, 4, 4, 4)
         line.addWidget(self._title, 1)
-        line.addWidget(self._copy)
+        line.addWidget(self.copy)
         layout.addLayout(line)
         layout.addWidget(self.table, 1)
         layout.addWidget(self.more)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(scrolled(page))
-        self._copy.setEnabled(False)
+        self.copy.setEnabled(False)
         self._title.say(BEFORE)
         self._checks = []  # of the rows
         self._remark, self._said, self._headline = "", (BEFORE, "aside"), ""
@@ -127,7 +127,7 @@ class VerdictPanel(QWidget):
         cells = [_cells(check, word) for check, word in zip(checks, words)]
         tips, before = [_tip(check) for check in checks], [_kept(check) for check in self._checks]
         self._checks = checks
-        self._copy.setEnabled(True)
+        self.copy.setEnabled(True)
         if before == [_kept(check) for check in checks]:
             self.table.change_texts(cells, tips)
             return
@@ -157,7 +157,7 @@ class VerdictPanel(QWidget):
         self._checks = []
         self.table.set_rows([])
         self.more.say("")
-        self._copy.setEnabled(False)
+        self.copy.setEnabled(False)
 
     def title(self):
         """Return the line above the table."""

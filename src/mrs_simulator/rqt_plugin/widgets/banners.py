@@ -30,9 +30,9 @@ class Banners(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._strips = {}
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(4, 4, 4, 4)
-        self._column.setSpacing(2)
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(4, 4, 4, 4)
+        self.column.setSpacing(2)
         self.setVisible(False)
 
     def notify(self, matter, kind, text, *buttons):
@@ -45,7 +45,7 @@ class Banners(QWidget):
             weights = list(KINDS)
             heavier = [s for s in self._strips.values() if weights.index(s.kind) < _weight(strip)]
             equal = [s for s in self._strips.values() if s.kind == kind and s is not strip]
-            self._column.insertWidget(len(heavier) + len(equal), strip)
+            self.column.insertWidget(len(heavier) + len(equal), strip)
         strip.say(text)
         strip.show()  # else Qt shows it later, and its height is not known before
         self.setVisible(True)
@@ -54,7 +54,7 @@ class Banners(QWidget):
         """Remove the banner of the ``matter``."""
         strip = self._strips.pop(matter, None)
         if strip is not None:
-            self._column.removeWidget(strip)
+            self.column.removeWidget(strip)
             strip.hide()
             strip.deleteLater()  # its own button may have called this
             self.setVisible(bool(self._strips))

@@ -244,7 +244,7 @@ class LiveRun:
             return
         self._last_control, self._is_obeyed = control, True
         self._report_trouble(control)
-        self._show_warnings(control)
+        self.show_warnings(control)
         if not self.is_held:
             snapshot = self._connection.snapshot()
             shown = 0 if snapshot is None else len(snapshot.robots)
@@ -271,7 +271,7 @@ class LiveRun:
             self._panels.say(text if expected else ErrorMessage(text))
         self._reported_trouble = control.trouble
 
-    def _show_warnings(self, control):
+    def show_warnings(self, control):
         """Show the warnings of a running controller in a banner, such as a deadlock."""
         warnings = control.warnings if control.running else ()
         if not warnings or warnings == self._dismissed:

@@ -40,8 +40,8 @@ class Status:
         self.show_possible()
         self.show_alarm()
         self._show_master()
-        self._show_hanging()
-        self._show_timing()
+        self.show_hanging()
+        self.show_timing()
 
     def _show_lines(self):
         for name, (good, text) in self._study.state.lines().items():
@@ -96,7 +96,7 @@ class Status:
         else:
             self._panels.banners.clear("master")
 
-    def _show_hanging(self):
+    def show_hanging(self):
         banners, hangs = self._panels.banners, self._study.state.hangs()
         self._dismissed, close = self._dismissed and bool(hangs), ("Close", self._dismiss)
         if self._dismissed:
@@ -119,7 +119,7 @@ class Status:
     def _kill(self):
         self._panels.say(self._study.do("kill"))
 
-    def _show_timing(self):
+    def show_timing(self):
         degraded = self._study.note_timing()
         # A slower speed helps neither a law that hangs nor a run that has ended.
         if degraded and not self._study.state.hangs() and self._study.connection.is_fresh("stage"):

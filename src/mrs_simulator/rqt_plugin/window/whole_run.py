@@ -31,13 +31,13 @@ class WholeRun:
         self._study, self._history, self._results, self._say = study, history, results, say
         self._team = team
         self._stood = None  # [s] since when a controller has been there that moves no robot
-        self._waits, self._since = "", 0.0  # for what, and since when, "" while no run is under way
+        self.waits, self._since = "", 0.0  # for what, and since when, "" while no run is under way
         self._cleared = 0  # times that the history had been cleared when a run was asked for
 
     def no_run(self):
         """Return why a run cannot begin now, or ""."""
         state, here = self._study.state, self._study.processes.is_running("stage")
-        if self._waits:
+        if self.waits:
             return "a run is under way"
         if state.real():
             return "real robots are checked first: use Start controller"
@@ -58,55 +58,55 @@ class WholeRun:
         connection = self._study.connection
         if not connection.is_fresh("stage"):
             said = self._study.do(WHOLE, speed)
-            self._wait_for("" if isinstance(said, ErrorMessage) else "simulation")
+            self.wait_for("" if isinstance(said, ErrorMessage) else "simulation")
             return said
         self._study.do("reset")
         connection.ask("pause", False)
-        self._wait_for("reset")
+        self.wait_for("reset")
         return ""
 
     def answered(self, name, success):
         """Take in the answer to the request ``name``."""
-        if name == self._waits == "reset":
+        if name == self.waits == "reset":
             after = "simulation" if self._team.is_taken() else "controller's end"
-            self._wait_for(after if success else "")
-        elif name == self._waits == "set_team":
-            self._wait_for("simulation" if success else "")
-        elif name == self._waits == "pause_after":
+            self.wait_for(after if success else "")
+        elif name == self.waits == "set_team":
+            self.wait_for("simulation" if success else "")
+        elif name == self.waits == "pause_after":
             said = self._study.do("control")
             self._say(said)
-            self._wait_for("" if isinstance(said, ErrorMessage) else "controller")
+            self.wait_for("" if isinstance(said, ErrorMessage) else "controller")
 
     def give_up(self):
         """Let what runs go on, without an end and a verdict of itself."""
-        if self._waits in ("controller", "end"):
+        if self.waits in ("controller", "end"):
             self._study.connection.pause_after(0)
-        self._waits = ""
+        self.waits = ""
 
-    def _wait_for(self, what):
-        self._waits, self._since = what, time.monotonic()
+    def wait_for(self, what):
+        self.waits, self._since = what, time.monotonic()
 
     def follow(self):
         """Go on with the next step where the last one is done."""
-        if self._waits in STARTING:
+        if self.waits in STARTING:
             self._follow_start()
-        elif self._waits == "end":
+        elif self.waits == "end":
             self._follow_run()
 
     def _follow_start(self):
-        if self._study.is_controlled() and self._waits == "controller":
-            self._wait_for("end")
-        elif self._waits == "controller's end" and not self._study.is_controlled():
-            self._wait_for("set_team")
+        if self._study.is_controlled() and self.waits == "controller":
+            self.wait_for("end")
+        elif self.waits == "controller's end" and not self._study.is_controlled():
+            self.wait_for("set_team")
             self._say(self._team.send_now())
-        elif self._waits == "simulation" and not self._study.state.no_start():
+        elif self.waits == "simulation" and not self._study.state.no_start():
             self._study.stage.end_after(self._study.scenario.duration)
-            self._wait_for("pause_after")
-        elif self._waits == "simulation" and self._study.stage.is_gone():
-            self._waits = ""  # it was refused: messages say why
+            self.wait_for("pause_after")
+        elif self.waits == "simulation" and self._study.stage.is_gone():
+            self.waits = ""  # it was refused: messages say why
         elif time.monotonic() - self._since > START_LIMIT:
-            self._say(ErrorMessage(LATE.format(STARTING[self._waits], START_LIMIT)))
-            self._waits = ""
+            self._say(ErrorMessage(LATE.format(STARTING[self.waits], START_LIMIT)))
+            self.waits = ""
 
     def _begun(self, snapshot):
         """Return when the run began, [s]; with the controller where no robot was ever moved."""
@@ -126,11 +126,11 @@ class WholeRun:
         ):  # what is there, and its controller, is of a run before
             if time.monotonic() - self._since > START_LIMIT:
                 self._say(ErrorMessage(LATE.format("run", START_LIMIT)))
-                self._waits = ""
+                self.waits = ""
             return
         if not self._study.is_controlled():
             if not self._study.state.is_silent():
-                self._waits = ""  # stopped, or failed: messages say why
+                self.waits = ""  # stopped, or failed: messages say why
             return
         snapshot, ran = connection.snapshot(), history.scenario or self._study.scenario
         begun = self._begun(snapshot)
@@ -139,7 +139,7 @@ class WholeRun:
         # What a program records it has itself; else the run is what is in the history.
         now = history.time[-1] if history.recorded is None else snapshot.time
         if now - begun >= ran.duration - ROUNDING:
-            self._waits = ""
+            self.waits = ""
             history.begun = begun  # the controller may have commanded the robots to stand
             if not connection.newest("stage").paused:
                 connection.ask("pause", True)  # of a run in which nothing moved

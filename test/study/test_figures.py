@@ -2,6 +2,7 @@
 
 import os
 import stat
+import tracemalloc
 from types import SimpleNamespace
 
 import matplotlib
@@ -296,6 +297,16 @@ def test_theory_is_a_dashed_black_line_held_against_hand_points(as_mapping):
 
 
 @pytest.mark.filterwarnings("error")
+def test_long_runs_are_not_copied_to_find_where_theory_is_near():
+    hand = np.random.default_rng(0).normal(size=(20000, 20, 2))
+    tracemalloc.start()
+    _, found = figure_parts.predicted_of(SimpleNamespace(time=None, hand=hand), hand)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.base is hand or found is hand
+    assert most < 0.3 * hand.nbytes
+
+
 def test_theory_that_goes_to_infinity_is_drawn_as_far_as_the_run_is_seen(tmp_path):
     run = make_run(3)
     growth = np.append(np.logspace(-3, 300, len(run.time) - 1), np.inf)  # 1 m at the second sample

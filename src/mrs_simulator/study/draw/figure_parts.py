@@ -8,6 +8,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize, to_hex
 
 from mrs_simulator.core.arrays import are_near
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.pictures.palette import START
 
 START_COLOUR = to_hex(START)
@@ -125,9 +126,13 @@ def predicted_of(run, prediction):
 
 def _near(run, hand):
     """Return ``hand`` (p, n, d) [m] with NaN where it is far away from what ``run`` shows."""
-    points = np.clip(run.hand, -FARTHEST_DRAWN, FARTHEST_DRAWN)
-    near = are_near(hand, points.reshape(-1, points.shape[2]), THEORY_REACH, LEAST_EXTENT)
-    return hand if near.all() else np.where(near[..., np.newaxis], hand, np.nan)
+    columns = np.moveaxis(run.hand, 2, 0)
+    corners = [[end(column) for column in columns] for end in (np.nanmin, np.nanmax)]
+    given = np.clip(corners, -FARTHEST_DRAWN, FARTHEST_DRAWN), THEORY_REACH, LEAST_EXTENT
+    # A long run is looked at in parts, to save memory.
+    if all(are_near(hand[rows], *given).all() for rows in blocks(*hand.shape[:2])):
+        return hand
+    return np.where(are_near(hand, *given)[..., np.newaxis], hand, np.nan)
 
 
 def sized(table, few, many):

@@ -4,6 +4,7 @@ import importlib
 import signal
 import sys
 
+from mrs_simulator.core.garbage import loading
 from mrs_simulator.core.program import below
 from mrs_simulator.core.writing import printing
 from mrs_simulator.version import __version__
@@ -54,7 +55,9 @@ def main(argv=None):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, function, _ = COMMANDS[name]
     with below("mrs-simulator"):
-        getattr(importlib.import_module("mrs_simulator." + module), function)(argv[1:])
+        with loading():
+            command = getattr(importlib.import_module("mrs_simulator." + module), function)
+        command(argv[1:])
 
 
 def _usage():

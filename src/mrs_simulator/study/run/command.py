@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 
+from mrs_simulator.core.garbage import loading
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.scenario import OVERRIDES, load_scenario, scenario_of_file
@@ -32,8 +33,9 @@ def main(argv=None):
         if arguments.sweep:
             sys.exit(_sweep(arguments))
         with drawing(formats) as apart:
-            from mrs_simulator.study.results.report import control_of, read_run
-            from mrs_simulator.study.run.experiment import run_experiment
+            with loading():
+                from mrs_simulator.study.results.report import control_of, read_run
+                from mrs_simulator.study.run.experiment import run_experiment
 
             options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
             scenario = _scenario(arguments)

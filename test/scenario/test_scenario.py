@@ -45,6 +45,15 @@ def test_shipped_scenarios_survive_writing_and_reading(path):
     np.testing.assert_array_equal(again.poses, scenario.poses)
 
 
+@pytest.mark.parametrize("path", SHIPPED, ids=os.path.basename)
+def test_the_yaml_of_a_scenario_is_that_of_its_keys_together(path):
+    scenario = load_scenario(path)
+    faster = scenario.changed(duration=scenario.duration + 1.0)
+    for each in (scenario, faster, scenario):
+        whole = yaml.safe_dump(each.to_dict(), sort_keys=False, default_flow_style=None)
+        assert each.to_yaml() == whole
+
+
 def test_paper_poses_are_its_hand_points_less_l():
     paper = load_scenario([path for path in SHIPPED if path.endswith("paper.yaml")][0])
     np.testing.assert_allclose(

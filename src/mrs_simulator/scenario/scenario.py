@@ -4,8 +4,10 @@ Every key is checked; what is wrong is said with the file, the key path, what ca
 wanted.  Lengths in m, angles in rad, times in s, poses in the common frame.
 """
 
+import functools
 import math
 import os
+import pickle
 
 import numpy as np
 import yaml
@@ -194,7 +196,24 @@ class Scenario(record("Scenario", KEYS, ("poses", "kinds"), dict(TEAM, path=""))
 
     def to_yaml(self):
         """Return the scenario as YAML text."""
-        return yaml.safe_dump(self.to_dict(), sort_keys=False, default_flow_style=None)
+        return "".join(_lines_of(key, pickle.dumps(value)) for key, value in self.to_dict().items())
+
+
+BESIDE = {"beside": [[]]}  # an entry with which a mapping has an entry a line
+
+
+@functools.lru_cache(maxsize=256)
+def _lines_of(key, value):
+    """Return the YAML lines of a scenario's ``key`` and its ``value``, a pickle.
+
+    Scenarios of a sweep share nearly all of them, and YAML takes long to write.
+    """
+    text = _yaml({key: pickle.loads(value), **BESIDE})
+    return text[: -len(_yaml(BESIDE))]
+
+
+def _yaml(content):
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
 
 
 def title_of(n, protocol):

@@ -246,6 +246,31 @@ def test_the_loop_pushes_robots_apart_to_numpys_bits(way, loose, skin, monkeypat
     assert sum(room > 0.0 for *_, room in wanted) > 10
 
 
+def parting():
+    """Return poses and contacts of two robots whose corners touch as they turn, and part within a step."""
+    draw = np.random.default_rng(42)
+    headings = draw.uniform(-3.1, 3.1, 2)
+    world = World(
+        ("pioneer3dx",) * 2, [[0.0, 0.0, headings[0]], [0.7, 0.0, headings[1]]], limits="top"
+    )
+    told = []
+    for _ in range(4):
+        command = draw.uniform(-1.0, 1.0, (2, 2)) * [1.0, 4.0]
+        for _ in range(25):
+            world.set_commands(EVERY, command)
+            world.step()
+            told.append((world.pose.tobytes(), world.contacts.take()))
+    return told
+
+
+@pytest.mark.parametrize("way", WAYS[1:])
+def test_robots_that_part_after_a_step_by_the_loop_are_looked_at_again(way, monkeypatch):
+    by("numpy", monkeypatch)
+    wanted = parting()
+    used = by(way, monkeypatch)
+    assert parting() == wanted and used[crowd_steps.compiled_step] > 0
+
+
 def crowd(n):
     """Return poses, twists, collisions and distances of n robots that drive into each other for 4 s."""
     world = World(("pioneer3dx",) * n, grid(n), limits="top")

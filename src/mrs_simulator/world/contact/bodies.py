@@ -305,7 +305,7 @@ class Bodies:
         if moved <= self._bounds[0]:
             self._measured = pose, nearest, moved
         self._free = self.room = 0.0 if hits else self._room_to_move(pose)
-        self._looked = pose
+        self._looked = pose[:, :2]
         return self._touches(hits)
 
     @property

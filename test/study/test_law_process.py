@@ -103,3 +103,10 @@ def test_one_who_waits_can_do_something_else_and_give_up(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         laws.ask("facts", scenario)
     assert laws._worker.given_up and waited.pop() == "over" and waited == sorted(waited)
+
+
+def test_once_closed_it_starts_no_other_process(laws):
+    """As for a prediction that has waited for another one while a window was closed."""
+    laws.close()
+    with pytest.raises(LawError, match="not asked any more"):
+        laws.ask("prediction", shipped("paper_four"))

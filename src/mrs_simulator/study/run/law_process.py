@@ -36,8 +36,9 @@ class LawProcess:
         """``limit`` [s] of wall time for one answer of a user's law."""
         self.limit = limit
         self.waiting, self.waited = lambda seconds: None, lambda: None
-        self._worker = None
+        self._worker, self._closed = None, False
         self._lock, self._busy = threading.RLock(), False
+        self._starting = threading.Lock()
 
     def ask(self, function, scenario, *arguments):
         """Return ``law_answers.<function>(scenario, *arguments)``.
@@ -56,8 +57,11 @@ class LawProcess:
                 self._busy = False
 
     def _ask(self, request, name):
-        if self._worker is None or self._worker.given_up:
-            self._worker = Worker(FreshProcess(law_answers.__name__))
+        with self._starting:
+            if self._closed:
+                raise LawError("{}: not asked any more".format(name))
+            if self._worker is None or self._worker.given_up:
+                self._worker = Worker(FreshProcess(law_answers.__name__))
         begun, notified = time.monotonic(), []
 
         def meanwhile():
@@ -78,6 +82,8 @@ class LawProcess:
                 self.waited()
 
     def close(self):
-        """End the process, with what it has started."""
+        """End the process, with what it has started, and start no other."""
+        with self._starting:
+            self._closed = True
         if self._worker is not None:
             self._worker.give_up()

@@ -207,3 +207,14 @@ def no_hidden_errors(monkeypatch):
     yield
     QApplication.instance().processEvents()
     assert raised == []
+
+
+# Of a test that looks at predictions all the same.
+PREDICTS = pytest.mark.parametrize("no_predictions", [0.0], indirect=True)
+
+
+@pytest.fixture
+def no_predictions(monkeypatch, request):
+    """Let windows compute no predictions, for which each starts an interpreter."""
+    rest = "mrs_simulator.rqt_plugin.run.edited_scenario.PREDICTION_REST"
+    monkeypatch.setattr(rest, getattr(request, "param", 3600.0))

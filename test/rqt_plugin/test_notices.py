@@ -25,7 +25,7 @@ POSES = [[0, 0, 0], [3, 0, 0]]
 
 
 @pytest.fixture
-def make_study(app, tmp_path):
+def make_study(app, tmp_path, no_predictions):
     """Return a function that makes a GUI with nothing behind it, its edits kept in ``tmp_path``."""
     made = []
 

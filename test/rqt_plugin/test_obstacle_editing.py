@@ -24,7 +24,7 @@ SHIFT, NONE = Qt.ShiftModifier, Qt.NoModifier
 
 
 @pytest.fixture
-def study(app, no_hidden_errors):
+def study(app, no_hidden_errors, no_predictions):
     """The GUI with nothing behind it, in the mode for obstacles, a pixel being 4 cm."""
     widget = quiet_study(
         scenario_from_dict({"poses": POSES, "obstacles": [BOX, POOL], "limits": "none"})

@@ -47,7 +47,7 @@ def runs(tmp_path_factory):
 
 
 @pytest.fixture
-def study(runs):
+def study(runs, no_predictions):
     application = QApplication.instance() or QApplication([])
     home, scenario = runs
     widget = quiet_study(scenario)

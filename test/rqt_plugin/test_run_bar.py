@@ -8,8 +8,8 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
+from gui_fixtures import PREDICTS, wait_shown
 from gui_fixtures import shown as active
-from gui_fixtures import wait_shown
 from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QTimer
 from PyQt5.QtGui import QKeySequence, QMouseEvent
 from PyQt5.QtTest import QTest
@@ -44,7 +44,7 @@ def app():
 
 
 @pytest.fixture
-def study(app):
+def study(app, no_predictions):
     """The whole GUI with nothing behind it."""
     connection = MagicMock(master_online=False)
     connection.snapshot.return_value = None
@@ -492,6 +492,7 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     assert reported(1.3, 0.1) == 0.1  # where it is, whatever was wanted
 
 
+@PREDICTS
 def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(study):
     def theory():
         study.tick()

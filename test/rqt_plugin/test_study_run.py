@@ -6,6 +6,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from gui_fixtures import PREDICTS
 from protocol_fixtures import shipped
 from ros_fixtures import wait_until
 from snapshots import snapshot_of
@@ -28,6 +29,7 @@ from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.verdict.estimation import UNKNOWN
 
+pytestmark = pytest.mark.usefixtures("no_predictions")
 FAILED = failure(ValueError("no"))
 
 
@@ -130,6 +132,7 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
     assert run.scenario is before and run.edited.derived.protocol == "Consensus"
 
 
+@PREDICTS
 def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bearable():
     run = study("paper")
     when, error, settling = wait_until(run.edited.take_prediction)[0]
@@ -599,6 +602,7 @@ def test_what_is_saved_can_be_given_up(tmp_path):
     assert (tmp_path / "run.csv").exists()
 
 
+@PREDICTS
 def test_theory_starts_where_the_robots_of_the_run_stood():
     run = study("paper_four")
     first = wait_until(run.edited.take_prediction)[0]

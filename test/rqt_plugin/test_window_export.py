@@ -28,7 +28,7 @@ def sample(row):
 
 
 @pytest.fixture
-def study():
+def study(no_predictions):
     application = QApplication.instance() or QApplication([])
     widget = quiet_study(load_scenario(scenario_path("paper_four")))
     widget.history.before_clearing = lambda: None  # nothing is kept

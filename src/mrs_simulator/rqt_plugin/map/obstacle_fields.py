@@ -63,7 +63,7 @@ class ObstacleFields(QWidget):
     def _build_shapes(self, row):
         chosen = QButtonGroup(self)
         for shape, text, tip in SHAPES:
-            button = _tool(text, tip)
+            button = QToolButton(text=text, toolTip=tip)
             button.setCheckable(True)
             button.setStyleSheet(CHECKED)
             chosen.addButton(button)
@@ -83,7 +83,7 @@ class ObstacleFields(QWidget):
             ("redo", "\u21b7", "Redo what was undone (Ctrl+Shift+Z)", view.redo_asked.emit),
             ("delete", "Delete", "Delete the obstacle selected (Del)", editor.delete),
         ):
-            button = self.buttons[name] = _tool(text, tip)
+            button = self.buttons[name] = QToolButton(text=text, toolTip=tip)
             button.setAccessibleName(name)
             button.clicked.connect(guarded(lambda *_, do=action: do()))
             row.addWidget(button)
@@ -150,10 +150,3 @@ class ObstacleFields(QWidget):
             shown = number, self._editor.current.name, text, wanted + comma_remark(text)
             self.refused.emit("{} of {}: {!r}, wanted {}".format(*shown))
         self._show_number(name)
-
-
-def _tool(text, tip):
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(tip)
-    return button

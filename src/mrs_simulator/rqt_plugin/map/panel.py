@@ -100,7 +100,7 @@ class MapPanel(QWidget):
         group.setMinimumWidth(1)  # else no window is narrow enough to fold them
         self._row.addWidget(group)
         for mode, text, _ in MODES:
-            button = _tool(text, TIPS[mode])
+            button = QToolButton(text=text, toolTip=TIPS[mode], checkable=True, styleSheet=CHECKED)
             button.setAutoExclusive(True)
             row.addWidget(button)
             button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
@@ -283,12 +283,3 @@ class MapPanel(QWidget):
     def _on_trail(self, shown):
         (self._hidden.discard if shown else self._hidden.add)(self._chosen)
         self.map.set_trail_shown(self._chosen, shown)
-
-
-def _tool(text, tip):
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(tip)
-    button.setCheckable(True)
-    button.setStyleSheet(CHECKED)
-    return button

@@ -156,10 +156,8 @@ class RunBar(QWidget):
             self._stop_key = None
 
     def _button(self, owner, name, text, key, meaning):
-        button = QToolButton()
-        button.setText(text)
         self._tips[name], self._keys[name] = "{} ({})".format(meaning, key), key
-        button.setToolTip(self._tips[name])
+        button = QToolButton(text=text, toolTip=self._tips[name])
         button.clicked.connect(guarded(lambda *_: self.asked.emit(name)))
         _shortcut(key, owner, button.click)
         self._buttons[name] = button

@@ -71,9 +71,7 @@ class ProgramsPanel(QWidget):
         page, first, last = QWidget(), FlowLayout(), QHBoxLayout()
         self.buttons = {}
         for name, text, tip in ACTIONS:
-            button = self.buttons[name] = QToolButton()
-            button.setText(text)
-            button.setToolTip(tip)
+            button = self.buttons[name] = QToolButton(text=text, toolTip=tip)
             button.clicked.connect(guarded(lambda *_, n=name: self.asked.emit(n, self.selected)))
             first.addWidget(button)
         self.command.setPlaceholderText(COMMAND)

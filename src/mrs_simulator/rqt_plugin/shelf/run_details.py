@@ -38,12 +38,12 @@ class RunDetails(QWidget):
             grid.addWidget(label, row, 0)
             grid.addWidget(field, row, 1)
             field.editingFinished.connect(guarded(lambda f=field, key=title: self._on_text(f, key)))
-        self.pin = _button("Pin", PIN_TIP)
+        self.pin = QToolButton(text="Pin", toolTip=PIN_TIP)
         self.pin.setCheckable(True)
         self.pin.setStyleSheet(CHECKED)
         self.pin.clicked.connect(guarded(lambda on: self._on_pin(self._path, on)))
-        self.scenario = _button("Edit its scenario", SCENARIO_TIP)
-        self.delete = _button("Delete", DELETE_TIP)
+        self.scenario = QToolButton(text="Edit its scenario", toolTip=SCENARIO_TIP)
+        self.delete = QToolButton(text="Delete", toolTip=DELETE_TIP)
         self.scenario.clicked.connect(guarded(lambda *_: self.scenario_asked.emit(self._path)))
         self.delete.clicked.connect(guarded(lambda *_: self.delete_asked.emit(self._path)))
         row = QHBoxLayout()
@@ -96,10 +96,3 @@ class RunDetails(QWidget):
         if field.isModified():
             field.setModified(False)
             self.marked.emit(self._path, {key.lower(): field.text().strip()})
-
-
-def _button(text, tip):
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(tip)
-    return button

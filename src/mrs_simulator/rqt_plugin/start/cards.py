@@ -9,6 +9,7 @@ import numpy as np
 
 from mrs_simulator.protocols import HOMES, shipped
 from mrs_simulator.protocols.making import make_control
+from mrs_simulator.rqt_plugin.map.style import mixed
 from mrs_simulator.rqt_plugin.qt.QtCore import QLineF, QPointF, QRectF, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 from mrs_simulator.rqt_plugin.widgets.colours import shade
@@ -85,7 +86,7 @@ def picture(scenario, targets, ground, text):
         _draw_obstacles(painter, obstacles_of(scenario), to_pixels, ground, text)
         at = to_pixels(starts)
         edges = scenario.topology.edges[:MOST_EDGES] if scenario.topology else ()
-        painter.setPen(QPen(_mixed(ground, text, 0.3), FINE))
+        painter.setPen(QPen(mixed(ground, text, 0.3), FINE))
         painter.drawLines([QLineF(*at[i - 1], *at[j - 1]) for i, j, *_ in edges] or [QLineF()])
         hues = [shade(number, scenario.n, ground) for number in range(1, scenario.n + 1)]
         if targets is not None:
@@ -112,7 +113,7 @@ def _draw_ways(painter, starts, ends, hues):
 def _draw_obstacles(painter, obstacles, to_pixels, ground, text):
     painter.setPen(Qt.NoPen)
     for each in obstacles:
-        painter.setBrush(_mixed(ground, text, 0.1 if is_flat(each) else 0.3))
+        painter.setBrush(mixed(ground, text, 0.1 if is_flat(each) else 0.3))
         if isinstance(each, Cylinder):
             (low, high) = to_pixels(
                 [
@@ -135,11 +136,6 @@ def _fitting(points, image):
     return lambda each: (
         0.5 * size + (np.asarray(each, dtype=float)[:, :2] - middle) * scale * (1.0, -1.0)
     ).tolist()
-
-
-def _mixed(first, second, share):
-    pairs = zip(first.getRgb()[:3], second.getRgb()[:3])
-    return QColor(*(int(round(a + share * (b - a))) for a, b in pairs))
 
 
 class Cards:

@@ -33,8 +33,7 @@ class AheadBar(QWidget):
         self._values = None  # as the run has them, by name
         self.gain, self.slider, self._value = QComboBox(), QSlider(Qt.Horizontal), QLabel()
         self.keep, self.clear_button = QPushButton("Keep as run"), QPushButton("Clear")
-        self.text = QLabel(BEFORE)
-        self.text.setWordWrap(True)
+        self.text = QLabel(BEFORE, wordWrap=True)
         self.gain.setToolTip("The parameter that the slider moves")
         self.slider.setRange(-STEPS, STEPS)
         self.slider.setToolTip("From an eighth of the value to eight times that, within its range")

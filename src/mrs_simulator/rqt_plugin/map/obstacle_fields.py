@@ -63,9 +63,7 @@ class ObstacleFields(QWidget):
     def _build_shapes(self, row):
         chosen = QButtonGroup(self)
         for shape, text, tip in SHAPES:
-            button = QToolButton(text=text, toolTip=tip)
-            button.setCheckable(True)
-            button.setStyleSheet(CHECKED)
+            button = QToolButton(text=text, toolTip=tip, checkable=True, styleSheet=CHECKED)
             chosen.addButton(button)
             button.toggled.connect(guarded(lambda on, s=shape: on and self._choose(s)))
             row.addWidget(button)
@@ -83,8 +81,7 @@ class ObstacleFields(QWidget):
             ("redo", "\u21b7", "Redo what was undone (Ctrl+Shift+Z)", view.redo_asked.emit),
             ("delete", "Delete", "Delete the obstacle selected (Del)", editor.delete),
         ):
-            button = self.buttons[name] = QToolButton(text=text, toolTip=tip)
-            button.setAccessibleName(name)
+            button = self.buttons[name] = QToolButton(text=text, toolTip=tip, accessibleName=name)
             button.clicked.connect(guarded(lambda *_, do=action: do()))
             row.addWidget(button)
         self.set_undoable(False, False)
@@ -92,9 +89,8 @@ class ObstacleFields(QWidget):
     def _build_field(self, name):
         text, unit, _ = NUMBERS[name]
         group, field = QWidget(), TextField(is_number=True)
-        inner = QHBoxLayout(group)
+        inner = QHBoxLayout(group, spacing=3)
         inner.setContentsMargins(5, 0, 0, 0)
-        inner.setSpacing(3)
         label = self._labels[name] = QLabel(text)
         label.setBuddy(field)
         wide = WIDE * WIDER if "yaw" in NUMBERS[name][2] else WIDE

@@ -94,9 +94,8 @@ class MapPanel(QWidget):
 
     def _build_modes(self):
         self._group = group = QWidget()
-        row = QHBoxLayout(group)
+        row = QHBoxLayout(group, spacing=0)
         row.setContentsMargins(0, 0, 12, 0)
-        row.setSpacing(0)
         group.setMinimumWidth(1)  # else no window is narrow enough to fold them
         self._row.addWidget(group)
         for mode, text, _ in MODES:
@@ -128,9 +127,8 @@ class MapPanel(QWidget):
         self.help.setAutoFillBackground(True)
         self.help.setFrameShape(QFrame.StyledPanel)
         self.hint.setWordWrap(True)
-        column = QVBoxLayout(self.help)
+        column = QVBoxLayout(self.help, spacing=1)
         column.setContentsMargins(4, 1, 4, 1)
-        column.setSpacing(1)
         column.addWidget(self.obstacles)
         column.addWidget(self.ahead)
         Overlay(self.help, self.map, self.map.rect)
@@ -187,8 +185,7 @@ class MapPanel(QWidget):
 
     def _build_shown(self):
         for name, text, tip in SHOWN:
-            button = QCheckBox(text)
-            button.setToolTip("Show or hide " + tip)
+            button = QCheckBox(text, toolTip="Show or hide " + tip)
             button.setChecked(name not in HIDDEN)
             self._row.addWidget(button)
             button.toggled.connect(guarded(lambda on, layer=name: self.map.set_shown(layer, on)))

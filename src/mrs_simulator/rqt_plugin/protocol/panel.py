@@ -38,11 +38,9 @@ class ProtocolPanel(QWidget):
         self._build_chooser()
         self.form = ParameterForm()
         self.form.changed.connect(self.parameters_changed)
-        self._empty = QLabel("This protocol has no parameters.")
-        self._empty.setWordWrap(True)
-        self._defaults = QPushButton("Defaults")
+        self._empty = QLabel("This protocol has no parameters.", wordWrap=True)
+        self._defaults = QPushButton("Defaults", clicked=self._on_defaults)
         self._defaults.setToolTip("Reset all parameters to the protocol's defaults")
-        self._defaults.clicked.connect(self._on_defaults)
         self.safety = QCheckBox("Safety filter")
         self.safety.setToolTip(
             "Replaces the law's commands by the nearest with which robots touch neither each other nor "

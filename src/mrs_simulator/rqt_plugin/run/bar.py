@@ -122,9 +122,7 @@ class RunBar(QWidget):
         _shortcut(REDO_KEY, owner, self.redo_asked.emit)
 
     def _build_emergency(self):
-        self._stop_all = QPushButton("EMERGENCY STOP")
-        self._stop_all.setCheckable(True)
-        self._stop_all.setStyleSheet(RED)
+        self._stop_all = QPushButton("EMERGENCY STOP", checkable=True, styleSheet=RED)
         text = "All robots stop and stay so until released ({}, from every window)"
         self._stop_all.setToolTip(text.format(EMERGENCY_KEY))
         self._stop_all.toggled.connect(self._on_emergency)
@@ -224,8 +222,7 @@ class RunBar(QWidget):
         return self._row.count_lines(self.width(), [*widgets, *menu])
 
     def _build_speed(self, owner):
-        self._speed = QComboBox()
-        self._speed.setToolTip(SPEED_TIP)
+        self._speed = QComboBox(toolTip=SPEED_TIP)
         for speed in SPEEDS:
             self._speed.addItem("max" if speed == "0" else "{} \u00d7".format(speed), float(speed))
         self._speed.setCurrentIndex(SPEEDS.index("1"))
@@ -328,9 +325,7 @@ def _shortcut(key, owner, action):
 
 
 def _line():
-    line = QFrame()
-    line.setFrameShape(QFrame.VLine)
-    line.setFrameShadow(QFrame.Plain)
+    line = QFrame(frameShape=QFrame.VLine, frameShadow=QFrame.Plain)
     line.setEnabled(False)  # pale in every theme
     line.setFixedHeight(line.fontMetrics().height())
     return line

@@ -61,11 +61,9 @@ class SearchPanel(QWidget):
         form, grid = QWidget(), QGridLayout()
         column = QVBoxLayout(form)
         column.setContentsMargins(4, 4, 4, 4)
-        self.vary = QPlainTextEdit()
+        self.vary = QPlainTextEdit(tabChangesFocus=True, placeholderText=EMPTY)
         self.vary.setFont(_fixed_font(self))
         self.vary.setFixedHeight(4 * self.fontMetrics().height())
-        self.vary.setTabChangesFocus(True)
-        self.vary.setPlaceholderText(EMPTY)
         self.vary.setToolTip(
             "A line for each: poses: {within: [x, y, x, y], apart: 0.9}, any key's path: [from, to]"
         )
@@ -102,14 +100,12 @@ class SearchPanel(QWidget):
     def _build_buttons(self, column):
         self.buttons, beside = {}, QHBoxLayout()
         for name, title, tip in BUTTONS:
-            button = self.buttons[name] = QPushButton(title)
-            button.setToolTip(tip)
+            button = self.buttons[name] = QPushButton(title, toolTip=tip)
             button.clicked.connect(guarded(lambda *_, n=name: self.asked.emit(n)))
         column.addWidget(self.buttons[BREAK])
         for name in (ASSURE, MARGINS):
             beside.addWidget(self.buttons[name])
-        self.cancel = QPushButton("Cancel")
-        self.cancel.clicked.connect(guarded(lambda *_: self.cancel_asked.emit()))
+        self.cancel = QPushButton("Cancel", clicked=guarded(lambda *_: self.cancel_asked.emit()))
         beside.addWidget(self.cancel)
         column.addLayout(beside)
 

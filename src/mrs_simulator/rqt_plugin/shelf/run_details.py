@@ -28,9 +28,8 @@ class RunDetails(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._path = ""  # of the run shown
-        grid = QGridLayout(self)
+        grid = QGridLayout(self, spacing=4)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
         self.name, self.note = QLineEdit(), QLineEdit()
         for row, (field, title) in enumerate(((self.name, "Name"), (self.note, "Note"))):
             label = QLabel(title)
@@ -38,9 +37,7 @@ class RunDetails(QWidget):
             grid.addWidget(label, row, 0)
             grid.addWidget(field, row, 1)
             field.editingFinished.connect(guarded(lambda f=field, key=title: self._on_text(f, key)))
-        self.pin = QToolButton(text="Pin", toolTip=PIN_TIP)
-        self.pin.setCheckable(True)
-        self.pin.setStyleSheet(CHECKED)
+        self.pin = QToolButton(text="Pin", toolTip=PIN_TIP, checkable=True, styleSheet=CHECKED)
         self.pin.clicked.connect(guarded(lambda on: self._on_pin(self._path, on)))
         self.scenario = QToolButton(text="Edit its scenario", toolTip=SCENARIO_TIP)
         self.delete = QToolButton(text="Delete", toolTip=DELETE_TIP)
@@ -73,9 +70,8 @@ class RunDetails(QWidget):
 
     def menu(self, entry):
         """Return a menu with the buttons, for an ``Entry``."""
-        menu = QMenu(self)
+        menu = QMenu(self, toolTipsVisible=True)
         menu.setAttribute(Qt.WA_DeleteOnClose)
-        menu.setToolTipsVisible(True)
         path = entry.path
         for button, chosen in (
             (self.pin, lambda on: self._on_pin(path, on)),

@@ -89,12 +89,10 @@ class TeamPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._on_selection)
 
     def _build_scenario_buttons(self):
-        self._open = QPushButton("Open scenario...")
+        self._open = QPushButton("Open scenario...", clicked=self._on_open)
         self._open.setToolTip("Load team, protocol and surroundings from a scenario file")
-        self._open.clicked.connect(self._on_open)
-        self._save = QPushButton("Save scenario...")
+        self._save = QPushButton("Save scenario...", clicked=self._on_save)
         self._save.setToolTip("Write team, protocol and surroundings to a scenario file")
-        self._save.clicked.connect(self._on_save)
         self._first_line = QVBoxLayout()
         buttons, number = QHBoxLayout(), QHBoxLayout()
         buttons.addWidget(self._open, 1)

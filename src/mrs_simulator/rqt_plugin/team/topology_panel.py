@@ -72,11 +72,9 @@ class TopologyPanel(QWidget):
         self.preset.currentTextChanged.connect(self._on_preset)
         self.amount = PointSpinBox()
         self.amount.setRange(0.0, 1000.0)
-        self.seed = QSpinBox()
+        self.seed = QSpinBox(toolTip="seed of the random graph")
         self.seed.setRange(0, 10**6)
-        self.seed.setToolTip("seed of the random graph")
-        make = QPushButton("Make")
-        make.setToolTip("Replace all edges by this preset")
+        make = QPushButton("Make", toolTip="Replace all edges by this preset")
         make.clicked.connect(self._on_make)
         for widget in (self.preset, self.amount, self.seed, make):
             row.addWidget(widget)
@@ -85,10 +83,8 @@ class TopologyPanel(QWidget):
 
     def _build_buttons(self):
         row = QHBoxLayout()
-        remove = QPushButton("Remove selected")
-        remove.clicked.connect(self._on_remove)
-        clear = QPushButton("Remove all")
-        clear.clicked.connect(self._on_clear)
+        remove = QPushButton("Remove selected", clicked=self._on_remove)
+        clear = QPushButton("Remove all", clicked=self._on_clear)
         row.addWidget(remove)
         row.addWidget(clear)
         return row
@@ -107,12 +103,10 @@ class TopologyPanel(QWidget):
                 "\u2013 where there is no prediction",
             ),
         ):
-            label = QLabel("\u2013")
-            label.setToolTip(tip)
+            label = QLabel("\u2013", toolTip=tip)
             self._figures[key] = label
             form.addRow(title, label)
-        self.message = QLabel()
-        self.message.setWordWrap(True)
+        self.message = QLabel(wordWrap=True)
         form.addRow(self.message)
         return form
 

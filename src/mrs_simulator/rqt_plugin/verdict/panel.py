@@ -59,9 +59,8 @@ class VerdictPanel(QWidget):
         self.verdict = None  # as in verdict.json, None before the first
         self._title, self.more = MessageLabel("aside"), MessageLabel("aside")
         self.table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
-        self.copy = QPushButton("Copy")
+        self.copy = QPushButton("Copy", clicked=self.table.copy)
         self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        self.copy.clicked.connect(self.table.copy)
         page, line = QWidget(), QHBoxLayout()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(4, 4, 4, 4)

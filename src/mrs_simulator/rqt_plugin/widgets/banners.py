@@ -30,9 +30,8 @@ class Banners(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._strips = {}
-        self.column = QVBoxLayout(self)
+        self.column = QVBoxLayout(self, spacing=2)
         self.column.setContentsMargins(4, 4, 4, 4)
-        self.column.setSpacing(2)
         self.setVisible(False)
 
     def notify(self, matter, kind, text, *buttons):

@@ -16,8 +16,7 @@ class OnScreen(QObject):
     def __init__(self, window):
         super().__init__(window)
         self._window, self._looks = window, 0
-        self._timer = QTimer(self)
-        self._timer.setInterval(EVERY)
+        self._timer = QTimer(self, interval=EVERY)
         self._timer.timeout.connect(self._on_time)
         window.installEventFilter(self)
 

@@ -72,9 +72,8 @@ class StudyPanels(QWidget):
         self.across.setStretchFactor(1, 1)
         settings = SETTINGS * self.fontMetrics().height()
         self.across.setSizes([settings, max(settings, SIZE[0] - settings)])
-        layout = QVBoxLayout(self)
+        layout = QVBoxLayout(self, spacing=4)
         layout.setContentsMargins(4, 4, 4, 4)
-        layout.setSpacing(4)
         layout.addWidget(self.bar)
         layout.addWidget(self.across, 1)
         layout.addLayout(self._build_status())
@@ -171,8 +170,7 @@ class StudyPanels(QWidget):
         row.line_spacing = 2
         self.status = {}
         for name in STATUS:
-            label = QLabel()
-            label.setTextFormat(Qt.RichText)
+            label = QLabel(textFormat=Qt.RichText)
             # However long the trouble is, the window stays as wide as it is.
             label.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
             self.status[name] = label

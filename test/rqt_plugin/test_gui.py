@@ -9,9 +9,10 @@ import sys
 import xmlrpc.client
 
 import pytest
-from gui_fixtures import PROGRAM, ROOT
+from forked import forker
+from gui_fixtures import LOADED, PROGRAM, ROOT
 from protocol_fixtures import near_the_line
-from ros_fixtures import PATIENCE, free_port, log_of, wait_until
+from ros_fixtures import PATIENCE, free_port, log_of, program, wait_until
 
 from mrs_simulator.study.results.report import read_run
 
@@ -365,14 +366,9 @@ print(gui.study.processes.running["stage"].pid, flush=True)
 os.kill(os.getpid(), 9)
 """
     path = os.path.join(ROOT, "scenarios", "paper_four.yaml")
-    output = subprocess.run(
-        [sys.executable, "-c", PROGRAM + code, path],
-        env=ros.environment,
-        timeout=120,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    ).stdout.decode()
-    pid = int(output.split()[-1])
+    killed = ros.start("killed", [sys.executable, "-c", PROGRAM + code, path], loaded=LOADED)
+    assert killed.wait(120) == -signal.SIGKILL
+    pid = int(log_of(killed).split()[-1])
 
     def gone():
         try:
@@ -444,39 +440,34 @@ standalone.main()
 """
     ros.environment["HOME"] = str(tmp_path)
     ros.node("stage", "--robots", 4)
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=ros.environment,
-        timeout=60,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    assert done.returncode == 0 and "painting goes on" in done.stdout.decode(), done.stdout
+    window = ros.start("window", [sys.executable, "-c", code], loaded=LOADED)
+    assert window.wait(60) == 0 and "painting goes on" in log_of(window), log_of(window)
+
+
+def begun(directory, environment, *arguments):
+    """Return the exit code of the GUI's program, and what it printed."""
+    log = os.path.join(str(directory), "begun.log")
+    environment = dict(environment, PYTHONUNBUFFERED="1")
+    process = forker().start(program("mrs_gui"), arguments, environment, log, log, loaded=LOADED)
+    code, process.log = process.wait(PATIENCE), log
+    return code, log_of(process)
 
 
 @pytest.mark.parametrize("display", [{}, {"DISPLAY": ":987"}, {"DISPLAY": "127.0.0.1:987.0"}])
-def test_without_a_display_that_answers_it_says_what_is_wanted(display):
+def test_without_a_display_that_answers_it_says_what_is_wanted(display, tmp_path):
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     environment = {name: value for name, value in os.environ.items() if name not in screens}
-    command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
-    done = subprocess.run(
-        command, env={**environment, **display}, timeout=60, stderr=subprocess.PIPE
-    )
-    said = done.stderr.decode()
-    assert done.returncode == 2 and "xvfb-run before the command" in said
+    code, said = begun(tmp_path, {**environment, **display})
+    assert code == 2 and "xvfb-run before the command" in said
     assert all(name in said for name in display.values())
 
 
-def test_a_parameter_that_is_not_read_is_refused_and_help_says_whose_there_are():
-    command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
-    asked = [command + ["_v_max:=0.3"], command + ["--help"]]
-    running = [
-        subprocess.Popen(each, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for each in asked
-    ]
-    (_, refused), (reported, _) = (each.communicate(timeout=60) for each in running)
-    assert [each.returncode for each in running] == [2, 0]
-    assert b"_v_max:=0.3: the GUI reads no parameters" in refused
-    assert b"stage --help" in reported and b"odom_frame" in reported and b"v_max" in reported
+def test_a_parameter_that_is_not_read_is_refused_and_help_says_whose_there_are(tmp_path):
+    (tmp_path / "other").mkdir()
+    code, refused = begun(tmp_path, os.environ, "_v_max:=0.3")
+    assert code == 2 and "_v_max:=0.3: the GUI reads no parameters" in refused
+    code, reported = begun(tmp_path / "other", os.environ, "--help")
+    assert code == 0 and all(word in reported for word in ("stage --help", "odom_frame", "v_max"))
 
 
 def test_what_a_controller_warns_of_is_in_the_message_bar(gui, ros):

@@ -43,6 +43,8 @@ from mrs_simulator.world.motion import (
     crowd_steps,
     fused_stepping,
     kinematic,
+    planar,
+    rolling_steps,
     stretches,
 )
 from mrs_simulator.world.part import Part
@@ -125,6 +127,9 @@ def shipped(name, duration=10.0):
     return load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml")).changed(duration=duration)
 
 
+ROLLING = {"fidelity": "dynamic", "engine": "planar"}
+
+
 @pytest.fixture()
 def compiled(monkeypatch):
     """Let stretches be made, by Python as it stands: what numba compiles is the same code."""
@@ -133,7 +138,7 @@ def compiled(monkeypatch):
         monkeypatch.setattr(compiling, "_chosen", lambda: "1")
         # Only the stretches are on trial.
         monkeypatch.setattr(edge_terms, "compiling", type("no", (), {"is_wanted": lambda: False}))
-        for module in (kinematic, bodies, contacts, collisions, quadrotor_forces):
+        for module in (kinematic, bodies, contacts, collisions, planar, quadrotor_forces):
             monkeypatch.setattr(module, "same_bits", lambda *_, **__: None)
 
     function = kernel_of(lambda kernel: kernel)
@@ -350,6 +355,28 @@ def test_quadrotors_out_of_the_ordinary_go_step_by_step(changes):
     assert not Experiment(aloft(**changes), Gather)._is_compilable()
 
 
+@pytest.mark.parametrize("limits", ["firmware", "top"])
+@pytest.mark.parametrize("rates", [(50, 10), (12.5, 50), (12.5, 5)])
+def test_wheels_with_forces_leap_whatever_the_rates(limits, rates, compiled):
+    control = {"rate": rates[0], "saturation": "team" if limits == "top" else "robot"}
+    given = scenario(control=control, record_rate=rates[1], duration=1.9, limits=limits, **ROLLING)
+    assert compare(compiled, given, Gather)[1] == 0
+
+
+def test_wheels_with_forces_meet_as_they_do_step_by_step(compiled):
+    poses = [[0.0, 0.0, 0.3], [3.0, 0.1, 2.9]]
+    given = dict(ROLLING, poses=poses, robots=2, topology={"preset": "complete"})
+    steps, own = compare(compiled, scenario(duration=3.0, limits="top", **given), Gather)
+    assert 20 < own < steps - 10  # in the solver some of the time
+
+
+@pytest.mark.parametrize("more", [{"model": "husky"}, {"model": ["pioneer3dx", "youbot"] * 2}])
+def test_who_is_pushed_by_wheel_forces_goes_step_by_step(more):
+    world = World.from_scenario(scenario(**dict(ROLLING, robots=4), **more))
+    assert not world.can_leap(1)
+    world.close()
+
+
 @pytest.mark.parametrize("law", ["Breaking", "Raising", "Narrowing"])
 @pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
 def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, law, compiled):
@@ -415,7 +442,7 @@ def test_contacts_and_forces_are_compiled_ahead():
     compile_loops()
     loops = compiled_neighbours.compiled_pairs(), compiled_motion.compiled_feel()
     loops += compiled_contacts.compiled_push(), compiled_contacts.compiled_note()
-    loops += (crowd_steps.compiled_step(),)
+    loops += crowd_steps.compiled_step(), rolling_steps.compiled_roll_step()
     loops += *compiled_rolling.kernels(), *compiled_flight.compiled_loops()
     assert all(loop.signatures for loop in loops)
 

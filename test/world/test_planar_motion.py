@@ -1,5 +1,7 @@
 """The planar engine: what wheels on flat ground do, and that it agrees with the untuned solver."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
@@ -8,11 +10,12 @@ from mrs_simulator.core.kinematics import Limits, wrap_angle
 from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
-from mrs_simulator.world.motion import compiled_rolling
+from mrs_simulator.world.motion import compiled_rolling, planar
 from mrs_simulator.world.motion.dynamic import DynamicMotion
 from mrs_simulator.world.motion.planar import PlanarMotion
 from mrs_simulator.world.motion.planar_body import GRAVITY
 from mrs_simulator.world.motion.rolling import Wheels, held_twists, loads, rolled
+from mrs_simulator.world.motion.rolling_steps import compiled_roll_step, roll_step
 from mrs_simulator.world.world import EVERY, World
 
 UNTUNED = {"substep": 1.0 / 240.0, "iterations": 50}
@@ -91,6 +94,46 @@ def test_compiled_wheels_roll_slide_and_tip_to_the_same_bits(compiled):
         assert all(np.array_equal(*each) for each in zip(told, again))
     rolls = (told[1] == held_twists(robots, rims)).all(axis=1)
     assert 0 < rolls.sum() < m and told[3].any()
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("limits", ["firmware", "top", None])
+def test_steps_in_one_call_have_the_bits_of_numpys(limits, compiled, monkeypatch):
+    if compiled:
+        pytest.importorskip("numba")
+    else:  # Python's has other last bits than the C library's
+        monkeypatch.setattr(compiled_rolling, "math", SimpleNamespace(hypot=np.hypot))
+    loop, made = compiled_roll_step() if compiled else roll_step, []
+
+    def counted(*given):
+        made.append(loop(*given))
+        return made[-1]
+
+    tracks = []
+    for way in (None, counted):
+        by = {compiled_roll_step: way}
+        monkeypatch.setattr(planar, "same_bits", lambda compiled, _, by=by: by.get(compiled))
+        tracks.append(driven_about(limits))
+    np.testing.assert_array_equal(*tracks)
+    assert sum(made) > (5 if limits is None else 20)
+    assert limits is not None or not all(made)  # one tips where nothing ramps
+
+
+def driven_about(limits):
+    """Return poses, twists and travel of two kinds of robots, far apart, under hard commands for 2 s."""
+    poses, kinds = (
+        [[20.0 * k, 0.0, 2.0 * k - 3.0] for k in range(4)],
+        ("pioneer3dx", "turtlebot3_burger") * 2,
+    )
+    world = World(kinds, poses, fidelity="dynamic", engine="planar", limits=limits)
+    draw, track = np.random.default_rng(1), []
+    for step in range(100):
+        if step % 20 == 0:
+            world.set_commands(EVERY, draw.uniform(-1.0, 1.0, (4, 2)) * [0.3, 2.0])
+        world.step()
+        track.append(np.hstack([world.pose, world.twist, world.motion.wheel_travel[0]]))
+    world.close()
+    return np.array(track)
 
 
 def test_loads_are_those_of_the_moments():

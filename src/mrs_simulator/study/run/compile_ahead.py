@@ -43,6 +43,7 @@ FORCED = {
     "control": {"protocol": "consensus"},
 }
 ROLLING = dict(FORCED, engine="planar")
+AMONG_OTHERS = dict(ROLLING, model=["pioneer3dx", "husky"])  # whose wheels slide
 FLYING = dict(FORCED, model="crazyflie2", altitude=1.0)
 
 
@@ -72,7 +73,7 @@ def compile_loops():
     """Compile what runs come to use after a while: the loops of contacts, of wheels and rotors with forces,
     and of text."""
     Filler([1], [""]).filled([0.0], np.zeros((1, 1, 7)))
-    for content in (TOUCHING, ROLLING, FLYING):
+    for content in (TOUCHING, ROLLING, AMONG_OTHERS, FLYING):
         _compile_run(content)
 
 

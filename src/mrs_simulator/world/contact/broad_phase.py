@@ -27,11 +27,25 @@ class BroadPhase:
         """Let pairs be listed that are up to ``gap`` [m] apart."""
         self._gap, self._list = gap, VerletList(2.0 * float(self._reach.max()) + gap)
 
+    def list_anew(self):
+        """Let pairs be listed anew when they are asked for again."""
+        self._list.clear()
+
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
-        self._list.clear()
+        self.list_anew()
         # [m] that each may move before any two are near, and may have moved
         self._room = self._way = 0.0
+
+    @property
+    def room(self):
+        """Return how far [m] each may move before any two are near, and may have moved by the last step
+        from where that was so."""
+        return self._room, self._way
+
+    @room.setter
+    def room(self, room):
+        self._room, self._way = room
 
     def near(self, place, way, before):
         """Return the robots at ``place`` (n, 2) that are near something, (n,) bool; None for no robot.

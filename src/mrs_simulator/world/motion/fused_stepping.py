@@ -6,13 +6,22 @@ from mrs_simulator.core.compiled_terms import kernel
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.world.motion import flight_stretches, stretches
+from mrs_simulator.world.motion.rolling_steps import (
+    compiled_roll_step,
+    roll_step,
+    rolling_stretch,
+)
 
 
 @functools.lru_cache(maxsize=None)
 def compiled_stretch(law, loops):
     """Return ``loops``, a stretch, under the function ``law`` of the points, compiled."""
-    flies = loops is flight_stretches.flight_stretch
-    return kernel(law, loops, jit(), jit(cache=True), flight_stretches.kernels() if flies else None)
+    made = None
+    if loops is flight_stretches.flight_stretch:
+        made = flight_stretches.kernels()
+    elif loops is rolling_stretch:
+        made = {roll_step: compiled_roll_step()}
+    return kernel(law, loops, jit(), jit(cache=True), made)
 
 
 def loops_for(world):
@@ -21,6 +30,8 @@ def loops_for(world):
         return stretches.point_stretch
     if world.team.is_spatial:
         return flight_stretches.flight_stretch
+    if world.fidelity == "dynamic":
+        return rolling_stretch
     unicycles = world.team.axes == UNICYCLE_AXES
     return stretches.stretch if unicycles else stretches.sliding_stretch
 

@@ -14,11 +14,14 @@ from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.neighbours import squared
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
+from mrs_simulator.vehicles.drives import differential
 from mrs_simulator.world.contact.broad_phase import BroadPhase
 from mrs_simulator.world.motion.compiled_rolling import compiled_rolled
 from mrs_simulator.world.motion.dynamic import STANDING, STILL, DynamicMotion, seen_at_centre
 from mrs_simulator.world.motion.planar_body import PlanarBodies
 from mrs_simulator.world.motion.rolling import Wheels, rolled
+from mrs_simulator.world.motion.rolling_steps import compiled_roll_step
+from mrs_simulator.world.motion.stretches import NEAR
 from mrs_simulator.world.motion.wheel_stances import Standing
 
 SUBSTEP, ITERATIONS = 1.0 / 240.0, 50  # [s], [-] of the solver, as pybullet has them untuned
@@ -47,6 +50,8 @@ class PlanarMotion(DynamicMotion):
             np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
         ]
         self._sliding = [None] * len(self.team.groups)
+        self._known = None  # what ``rolling_steps`` takes of these robots
+        self._is_alike = self.can_leap
         self._divide()
 
     def _populate(self, poses):
@@ -110,6 +115,8 @@ class PlanarMotion(DynamicMotion):
         """Move for one step under ``command`` (n, a), a column for each axis of the team."""
         mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
         self._choose()
+        if self._is_alike and not self._bodies and self._roll_by_loop(command):
+            return
         speeds = self._wheel_targets(command)
         pose, twist = self.pose.copy(), self.twist.copy()
         self._roll(speeds, pose, twist)
@@ -126,6 +133,80 @@ class PlanarMotion(DynamicMotion):
         self.pose, self.twist = pose, twist
         if len(self._mirrored):
             self.place(self._mirrored, *mirrored)
+
+    def _roll_by_loop(self, command):
+        """As :meth:`advance`, of robots that all roll, in one compiled call; return whether that can be."""
+        step = same_bits(compiled_roll_step, WORTH)
+        if step is None:
+            return False
+        n = self.team.n
+        after = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n)), np.empty((2, n))
+        inner = np.asfortranarray(self._inner[0]).T
+        state = np.ascontiguousarray(self.pose), np.ascontiguousarray(self.twist), inner
+        wheels, limits, gear, times = self._gear()
+        if not step(wheels, gear, limits, times, *state, np.asfortranarray(command).T, after):
+            return False
+        self.pose, self.twist, self._inner[0] = after[0], after[1], after[2].T
+        self._angles += after[3].T
+        return True
+
+    def _gear(self):
+        """Return what ``rolling_steps`` takes of these robots and their steps, which stays."""
+        if self._known is None:
+            n, (group,) = self.team.n, self.team.groups
+            top, most = self._limits[0].of_all(n).top, self._most[0]
+            limits = [np.broadcast_to(each, (n, 2)).T for each in (-top, top, most.up, most.both)]
+            limits.append(np.broadcast_to(self.team.limits.of_all(n).top, (n, 2)).T)
+            gear = np.empty((2, n))
+            gear[:] = [np.broadcast_to(each, n) for each in (group.numbers.track, self._radius)]
+            times = self.step, self.step / self._substeps, self._substeps
+            wheels = np.array(self._on_wheels)
+            self._known = wheels, np.ascontiguousarray(np.concatenate(limits)), gear, times
+        return self._known
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these robots: those of one kind of drive, on two wheels each,
+        that nothing but these moves."""
+        alike = [group.drive for group in self.team.groups] == [differential]
+        carried = len(self._mirrored) or self._uneven or self._movers
+        return type(self) is PlanarMotion and alike and all(self._wheels) and not carried
+
+    def leap(self, plan, command, function, kept, *given):
+        """Move as ``KinematicMotion.leap`` does, by ``rolling_steps.rolling_stretch``."""
+        if not self._is_free():
+            return 0, 0, NEAR
+        (wheels, limits, gear, times), near = self._gear(), self._broad_phase
+        moved = pose, twist, angles = [
+            np.array(each, order="C") for each in (self.pose, self.twist, self._angles)
+        ]
+        inner, obeyed = (each.copy("F") for each in (self._inner[0], command))
+        given = wheels, gear, times, (*near.room, QUICKER), kept, *given
+        done, filled, *near.room, why = function(
+            plan, pose, twist, inner.T, angles, obeyed.T, limits, *given
+        )
+        command[:] = obeyed
+        self.pose, self.twist, self._angles, self._inner[0] = *moved, inner
+        return done, filled, why
+
+    def _is_free(self):
+        """Return whether all are in the plane, and no two may be near each other after another step."""
+        near, way = self._broad_phase, self._fastest_way()
+        room, gone = near.room
+        if self._bodies or room - gone > way:
+            return not self._bodies
+        for _ in range(2):
+            if near.near(self.pose[:, :2], way, np.zeros(self.team.n, dtype=bool)) is not None:
+                return False
+            near.room = near.room[0], 0.0  # nobody has moved since
+            if near.room[0] > way:
+                return True
+            near.list_anew()  # which may be all that leaves no room
+        return False
+
+    def _fastest_way(self):
+        """Return how far [m] robots move in the coming step at most."""
+        return self.step * (np.sqrt(squared(self.twist[:, :2]).max()) + QUICKER)
 
     def _rates(self, index, group):
         forces, inner = self._sliding[index], self._inner[index]
@@ -213,8 +294,7 @@ class PlanarMotion(DynamicMotion):
         solved = list(self._bodies)
         if solved:
             before[solved] = True
-        fastest = np.sqrt(squared(self.twist[:, :2]).max())
-        near = self._broad_phase.near(self.pose[:, :2], self.step * (fastest + QUICKER), before)
+        near = self._broad_phase.near(self.pose[:, :2], self._fastest_way(), before)
         if near is None and not solved:
             return
         near = np.zeros_like(before) if near is None else near

@@ -172,6 +172,14 @@ def map_all(u, cos, sin, l, wanted):
     return odd == 0
 
 
+def excesses(wanted, top, excess):
+    """Fill ``excess`` (n,): by which factor ``wanted`` (2, n) is beyond its limits ``top``, 1 where not."""
+    for row in range(len(excess)):
+        excess[row] = max(abs(wanted[0, row]) / top[0, row], 1.0)
+    for row in range(len(excess)):
+        excess[row] = max(abs(wanted[1, row]) / top[1, row], excess[row])
+
+
 def saturate(wanted, excess, scope, command):
     """Put ``wanted`` (2, n) into ``command``, slower by the ``excess`` (n,) of each robot.
 

@@ -15,6 +15,7 @@ from mrs_simulator.world.motion.stretch_parts import (
     arc,
     clip,
     copy,
+    excesses,
     greatest_of,
     head,
     keep,
@@ -70,12 +71,8 @@ def stretch(plan, pose, inner, command, limits, step, reach, room, around, kept,
             place_points(pose, l, cos, sin, points)
             if not map_all(term(points, *given), cos, sin, l, after):
                 return count, filled, room, ODD
-            excess = spare[0]
-            for row in range(n):
-                excess[row] = max(abs(after[0, row]) / limits[8, row], 1.0)
-            for row in range(n):
-                excess[row] = max(abs(after[1, row]) / limits[9, row], excess[row])
-            saturate(after, excess, scope, command)
+            excesses(after, limits[8:], spare[0])
+            saturate(after, spare[0], scope, command)
         if count >= ahead and (count - ahead) % between == 0:
             if not keep(pose, command, kept[filled]):
                 return count, filled, room, FAR

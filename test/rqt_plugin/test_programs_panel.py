@@ -60,10 +60,10 @@ def press(study, action):
 
 
 def state(study, name):
-    """Return what the panel says of a program after a look."""
+    """Return what the panel says of a program after a look; an end that it says has been reported, too."""
+    study.program_control.follow()
     for text in study.study.ended_processes():
         study.say(text)
-    study.program_control.follow()
     table = study.programs.table
     rows = {table.text(row, 0): table.text(row, 1) for row in range(table.rowCount())}
     return rows[name]

@@ -10,6 +10,8 @@ class Connection(abc.ABC):
     answer is a result that ``take_results`` returns.  The attribute ``controller`` is an
     ``Interruptions`` with the times at which controllers were interrupted.  ``absent`` says by name why
     something is not to be had here: an action, a program, diagnostics, or the master.
+
+    Questions about real robots and their time are answered by default as where there are none.
     """
 
     absent = {}
@@ -55,17 +57,17 @@ class Connection(abc.ABC):
     def sensor_readings(self):
         """Return ``{(number, name): ReceivedReading}`` of the sensors selected by ``watch_sensors``."""
 
-    @abc.abstractmethod
     def diagnostics(self):
         """Return the ``Part``s of programs that report on themselves, while ``watch_diagnostics`` is on."""
+        return []
 
-    @abc.abstractmethod
     def odometry_topics(self):
         """Return ``{number: topic}`` of robots that publish odometry themselves."""
+        return {}
 
-    @abc.abstractmethod
     def first_stamp(self):
         """Return the stamp [s] of the first odometry of such robots."""
+        return 0.0
 
     # What was received since the last call -------------------------------------------------------
 
@@ -169,13 +171,13 @@ class Connection(abc.ABC):
 
     # The check of real robots --------------------------------------------------------------------
 
-    @abc.abstractmethod
     def has_simulated_time(self):
         """Return whether programs take their time from a simulation; not in the GUI's thread."""
+        return True
 
-    @abc.abstractmethod
     def controller_arguments(self, topics):
         """Return the arguments that the check shares with the controller; not in the GUI's thread.
 
         ``topics``: as ``odometry_topics`` returns them.
         """
+        return []

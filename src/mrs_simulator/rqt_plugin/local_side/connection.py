@@ -116,15 +116,6 @@ class LocalConnection(Received, Connection):
         now, readings = self._readings
         return {key: _received(key, of, now, readings) for key, of in self._wanted.items()}
 
-    def diagnostics(self):
-        return []
-
-    def odometry_topics(self):
-        return {}
-
-    def first_stamp(self):
-        return 0.0
-
     # What was received since the last call -------------------------------------------------------
 
     def take_samples(self):
@@ -222,14 +213,6 @@ class LocalConnection(Received, Connection):
     def close(self):
         self._listener.close()
         shutil.rmtree(self._directory, ignore_errors=True)
-
-    # The check of real robots --------------------------------------------------------------------
-
-    def has_simulated_time(self):
-        return True
-
-    def controller_arguments(self, topics):
-        return []
 
 
 def _received(key, of, now, readings):

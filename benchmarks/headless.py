@@ -105,14 +105,19 @@ def whole_run_factor(n, compiled):
     """
     use_compiled(compiled)
     scenario = scenario_of(n, "kinematic")._replace(duration=WHOLE if n < MANY else FEW)
-    for measured in (scenario._replace(duration=0.2), scenario):  # the first loads
-        experiment = Experiment(measured, Formation)
-        with contextlib.ExitStack() as stack:
-            stack.callback(experiment.world.close)
-            begin = time.perf_counter()
-            for _ in experiment.record(recorder_of(experiment, stack)):
-                pass
-            elapsed = time.perf_counter() - begin
+    recorded_run_factor(scenario._replace(duration=0.2))  # loads
+    return recorded_run_factor(scenario)
+
+
+def recorded_run_factor(scenario, clock=time.perf_counter):
+    """Return simulated over wall time, or that of another ``clock``, of one recorded run."""
+    experiment = Experiment(scenario, Formation)
+    with contextlib.ExitStack() as stack:
+        stack.callback(experiment.world.close)
+        begin = clock()
+        for _ in experiment.record(recorder_of(experiment, stack)):
+            pass
+        elapsed = clock() - begin
     return scenario.duration / elapsed
 
 

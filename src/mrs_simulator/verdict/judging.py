@@ -15,7 +15,7 @@ from mrs_simulator.protocols.published.laws import Resumed
 from mrs_simulator.record.recording import part_of
 from mrs_simulator.record.run_changes import changed_by, changes_text
 from mrs_simulator.scenario.scenario import FARTHEST
-from mrs_simulator.verdict.certificates import certificate_claims
+from mrs_simulator.verdict.certificates import BALANCE, certificate_claims
 from mrs_simulator.verdict.derived.derived_theory import derived_control
 from mrs_simulator.verdict.estimation import estimation_measures
 from mrs_simulator.verdict.impossible_runs import impossibilities
@@ -247,17 +247,18 @@ def command_after(time, row, period):
     return row + int(found[0]) if len(found) else row
 
 
-def _claims(control, run, faults, followed=None):
+def _claims(control, run, faults, followed=None, balanced=True):
     """Return ``(claims, theory)`` on ``run``: all that are made, and the ``Theory`` beside them.
 
-    ``followed``: the run of the robots under the published law, if it is known already.
+    ``followed``: the run of the robots under the published law, if it is known already; ``balanced``:
+    whether the energy's balance is claimed.
     """
     claims, theory = None, Theory()
     with _keeping(faults, "claims"):
         claims = checked_claims(call(control.all_claims, run.hand[0]), run, faults)
     raised, claims = claims is None, claims or []
     with _keeping(faults, "energy"):
-        claims = claims + call(certificate_claims, control, run)
+        claims = claims + call(certificate_claims, control, run, balanced)
     if run.estimate is not None:
         claims = without_theorem(claims, ESTIMATED)
     elif knows_noise(run):
@@ -281,7 +282,10 @@ def _claims(control, run, faults, followed=None):
     if run.collisions and run.collisions[-1].time >= run.time[0]:
         with _keeping([], "prediction"):  # whose faults are reported with the track
             theory = theory._replace(led=_led(control, run, theory, claims))
-    return claims, _limited(control, run, theory)
+    late = any(
+        isinstance(claim, Claim) and claim.name == BALANCE and claim.free for claim in claims
+    )
+    return claims, _limited(control, run, theory, late)
 
 
 def _gripping(control, run):
@@ -329,8 +333,11 @@ def _narrow(claims):
     return {name: max(NARROWER * most, min(most, CLOSE)) for name, most in allowed.items()}
 
 
-def _limited(control, run, theory):
-    """Return ``theory`` with who was at a limit, and with what is judged then."""
+def _limited(control, run, theory, balanced):
+    """Return ``theory`` with who was at a limit, and with what is judged then.
+
+    ``balanced``: whether the energy's balance is: one that takes commands as they are is judged of all.
+    """
     followed, cut = theory.followed, None
     if followed is None:
         limited = np.zeros(run.hand.shape[:2], dtype=bool)
@@ -346,7 +353,7 @@ def _limited(control, run, theory):
         return theory
     if followed is None and control.saturation == "team" and not control.MEMORYLESS:
         return theory  # one factor for all only re-times the motion
-    made = functools.partial(_late, control, run, limited, theory)
+    made = functools.partial(_late, control, run, limited, theory, balanced)
     late = functools.lru_cache(maxsize=1)(made)
     return theory._replace(limited=_who(run, limited, cut), late=late)
 
@@ -372,7 +379,7 @@ def _who(run, limited, cut):
     return "{} (and {}{}{})".format(text, also, more, later)
 
 
-def _late(control, run, limited, theory, little=LITTLE):
+def _late(control, run, limited, theory, balanced, little=LITTLE):
     """Return the ``Late`` part of a run in which robots were at limits, ``limited`` (m, n) bool.
 
     It begins where limits cut off no more than ``little`` [m] of a path any more; its ``again`` begins
@@ -390,13 +397,14 @@ def _late(control, run, limited, theory, little=LITTLE):
     rows = slice(begin, None)
     rest = part_of(run, rows)
     known = _is_where(theory, run, begin)
-    claims, theory = _claims(other, rest, [], later(followed, rows) if known else None)
+    left = later(followed, rows) if known else None
+    claims, theory = _claims(other, rest, [], left, balanced)
     after = _who(run, limited[: last + 1], None if cut is None else cut[: last + 1])
     why = "from {:.1f} s on, after {}".format(rest.time[0], after)
     theory, again = theory._replace(limited="", late=None), None
     if little and cut is not None and limited[begin:].any():
         why += "; limits cut {:.2g} m at most off a path later".format((cut[-1] - cut[begin]).max())
-        made = functools.partial(_late, control, run, limited, whole, 0.0)
+        made = functools.partial(_late, control, run, limited, whole, balanced, 0.0)
         again = functools.lru_cache(maxsize=1)(made)
     return Late(why, rest, {claim.name: claim for claim in claims}, theory, again)
 

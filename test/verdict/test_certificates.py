@@ -247,6 +247,16 @@ def test_how_far_boats_are_behind_is_known_without_a_law_at_hand(tmp_path, monke
     assert 0.01 < balance.residual < balance.allowed < 0.15
 
 
+@pytest.mark.parametrize("at_hand", [True, False])
+def test_without_a_law_at_hand_the_balance_is_that_of_the_rest(at_hand, tmp_path, monkeypatch):
+    if not at_hand:
+        monkeypatch.setattr(energy_balance, "MOST_PAIRS", 0.0)
+    scenario = shipped("displacement_formation", duration=20.0, fidelity="kinematic")
+    balance = check(verdict_of(scenario, tmp_path), BALANCE)
+    assert balance["passed"], balance
+    assert ("s on, after" in balance["note"]) is not at_hand, balance
+
+
 def test_a_team_that_is_at_its_limits_throughout_is_not_judged(tmp_path):
     slow = {"v_max": 0.05, "omega_max": 1.0}
     scenario = shipped("displacement_formation", duration=1.0, limits=slow)

@@ -81,6 +81,18 @@ def test_close_pairs_are_all_of_them(n):
     assert list(zip(first.tolist(), second.tolist())) == all_pairs(position, 1.3)
 
 
+def test_pairs_are_listed_by_the_loop_from_the_second_time_on(monkeypatch):
+    asked = []
+    monkeypatch.setattr(collisions, "same_bits", lambda compiled, *_: asked.append(compiled))
+    listed = VerletList(0.7)
+    places = np.random.default_rng(0).uniform(0.0, 40.0, (neighbours.DENSE + 1, 2))
+    listed.pairs(places)
+    assert not asked
+    listed.clear()
+    listed.pairs(places)
+    assert asked == [collisions.compiled_pairs]
+
+
 def test_the_list_of_pairs_misses_none_while_robots_move():
     draw = np.random.default_rng(1)
     position = draw.uniform(-8.0, 8.0, (300, 2))

@@ -12,6 +12,7 @@ Beside them pybullet writes poses of massless bodies, a load known from other si
 
 import argparse
 import contextlib
+import functools
 import itertools
 import math
 import os
@@ -98,20 +99,38 @@ def real_time_factor(
         return (experiment.world.time - simulated) / elapsed
 
 
-def whole_run_factor(n, compiled):
+class RandomWalk(PioneerControl):
+    """Each robot's point moves at a velocity that is drawn anew each second, as arrays."""
+
+    def start(self):
+        self.draw, self.until = np.random.default_rng(0), 0.0
+
+    def pointMassLaw(self, hand):
+        if self.time >= self.until:
+            self.u, self.until = self.draw.uniform(-1.0, 1.0, hand.shape), self.until + 1.0
+        return self.u
+
+
+def crowd_of(n):
+    """Return the scenario of n robots 0.8 m apart."""
+    poses, kinds = make_layout("grid", n, spacing=0.8), (DEFAULT_KIND,) * n
+    return Scenario(poses, kinds, limits="top", control=Control(), duration=WHOLE)
+
+
+def whole_run_factor(n, compiled, scenario, law=Formation):
     """Return simulated over wall time of 110 s from the start, robots moving, recorded as a user's.
 
-    What the command takes to import, and numba to load, is not counted.
+    ``scenario``: as a function of n.  What the command takes to import, and numba to load, is not counted.
     """
     use_compiled(compiled)
-    scenario = scenario_of(n, "kinematic")._replace(duration=WHOLE if n < MANY else FEW)
-    recorded_run_factor(scenario._replace(duration=0.2))  # loads
-    return recorded_run_factor(scenario)
+    scenario = scenario(n)._replace(duration=WHOLE if n < MANY else FEW)
+    recorded_run_factor(scenario._replace(duration=1.0), law=law)  # loads
+    return recorded_run_factor(scenario, law=law)
 
 
-def recorded_run_factor(scenario, clock=time.perf_counter):
+def recorded_run_factor(scenario, clock=time.perf_counter, law=Formation):
     """Return simulated over wall time, or that of another ``clock``, of one recorded run."""
-    experiment = Experiment(scenario, Formation)
+    experiment = Experiment(scenario, law)
     with contextlib.ExitStack() as stack:
         stack.callback(experiment.world.close)
         begin = clock()
@@ -202,6 +221,21 @@ CASES = (
     (HOOK, "kinematic", ByHook, (7, 100, 1000)),
     (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
 )
+RUNS = (  # from their start: the scenario, the law, sizes
+    (
+        "a run",
+        functools.partial(scenario_of, fidelity="kinematic"),
+        Formation,
+        (7, 100, 1000, MANY),
+    ),
+    ("a crowd", crowd_of, RandomWalk, (100, 1000, MANY)),
+    (
+        "the fast engine",
+        lambda n: scenario_of(n, "dynamic")._replace(engine="planar"),
+        Formation,
+        (7, 100, 1000),
+    ),
+)
 ENGINES = (("dynamic, by arrays", "pybullet"), ("dynamic, fast engine", "planar"))
 CLOCKS = (("", time.process_time), (", by wall time", time.perf_counter))
 COMPILED, RECORDED = "MRS_SIMULATOR_COMPILED", ", recorded"
@@ -236,10 +270,10 @@ def main():
             use_compiled(compiled)
             note("kinematic, a crowd in contact" + ", compiled" * compiled, n, crowd_factor)
     use_compiled(False)
-    for n, compiled in itertools.product((7, 100, 1000, MANY), (False, True)):
-        if compiled <= bool(find_spec("numba")):
-            case = "a run from its start, recorded" + ", compiled" * compiled
-            note(case, n, whole_run_factor, compiled)
+    for (run, scenario, law, sizes), compiled in itertools.product(RUNS, (False, True)):
+        for n in sizes if compiled <= bool(find_spec("numba")) else ():
+            case = run + " from its start, recorded" + ", compiled" * compiled
+            note(case, n, whole_run_factor, compiled, scenario, law)
     if find_spec("numba"):
         use_compiled(True)
         for n in (7, 100, 1000, 10000):

@@ -308,7 +308,7 @@ def test_quadrotors_leap_in_space(compiled):
 def test_quadrotors_touch_obstacles_and_each_other_as_they_do_step_by_step(compiled):
     poses = [[0.15, 0.0, 2.0], [-0.15, 0.0, -1.0], [0.0, -0.9, 3.0]]
     post = {"type": "cylinder", "name": "post", "center": [0.0, -0.7], "radius": 0.1}
-    given = aloft(poses=poses, obstacles=[post], topology={"preset": "complete"})
+    given = aloft(poses=poses, obstacles=[post], topology={"preset": "complete"}, duration=1.0)
     steps, own = compare(compiled, given, Gather)
     assert 5 < own < steps
 

@@ -648,7 +648,14 @@ def test_what_is_to_befall_robots_stops_leaps():
 
 @pytest.mark.release  # compiling takes long
 @pytest.mark.parametrize(
-    "changes", [{}, {"fidelity": "point_mass"}, {"model": "robotino3"}], ids=["", "points", "bases"]
+    "changes",
+    [
+        {},
+        {"fidelity": "point_mass"},
+        {"model": "robotino3"},
+        {"model": "crazyflie2", "fidelity": "dynamic", "altitude": 1.0},
+    ],
+    ids=["", "points", "bases", "quadrotors"],
 )
 def test_numba_gives_the_same(changes, compiled, monkeypatch):
     pytest.importorskip("numba")

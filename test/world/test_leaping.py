@@ -433,7 +433,8 @@ def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
 
 def test_what_ships_is_compiled_ahead(compiled):
     compiled()
-    assert compile_ahead(["paper", "reynolds", "paper_dynamic"]) == ["paper"]
+    ahead = ["paper", "reynolds", "paper_dynamic"]
+    assert compile_ahead(ahead) == ["paper", "paper_dynamic"]  # by the fast engine
 
 
 @pytest.mark.release  # compiling takes long
@@ -445,6 +446,18 @@ def test_contacts_and_forces_are_compiled_ahead():
     loops += crowd_steps.compiled_step(), rolling_steps.compiled_roll_step()
     loops += *compiled_rolling.kernels(), *compiled_flight.compiled_loops()
     assert all(loop.signatures for loop in loops)
+
+
+@pytest.mark.parametrize(
+    "seconds, robots, is_long", [(110.0, 3, False), (250.0, 3, True), (110.0, 90, True)]
+)
+def test_of_wheels_with_forces_shorter_runs_are_long(seconds, robots, is_long, monkeypatch):
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    monkeypatch.setattr(compiling, "find_spec", lambda name: True)
+    poses = {"layout": "grid", "spacing": 3.0}
+    experiment = Experiment(scenario(duration=seconds, poses=poses, robots=robots, **ROLLING))
+    assert experiment._can_leap() == is_long
+    experiment.world.close()
 
 
 def test_the_command_prints_for_what_it_compiled(compiled, capsys):

@@ -50,7 +50,8 @@ FLYING = dict(FORCED, model="crazyflie2", altitude=1.0)
 def compile_ahead(names):
     """Compile for the scenarios ``names``; return the names of those that can be compiled.
 
-    Of robots that fly also as they fly with forces.
+    Of robots that fly also as they fly with forces, of robots on wheels with forces as the fast engine
+    moves them.
     """
     return [name for name in names if _compile(load_scenario(scenario_path(name)))]
 
@@ -64,9 +65,17 @@ def _compile(scenario):
             return True
         if scenario.fidelity == "kinematic" and experiment.world.team.is_spatial:
             return _compile(scenario.changed(fidelity="dynamic"))
+        if _is_of_pybullet(scenario, experiment.world.team):
+            return _compile(scenario.changed(engine="planar"))
         return experiment.compile()
     finally:
         experiment.world.close()
+
+
+def _is_of_pybullet(scenario, team):
+    """Return whether pybullet moves all robots of the ``team``, and the fast engine could."""
+    on_wheels = all(kind.module.MEDIUM == "ground" for kind in team.kinds) and not team.has_arms
+    return scenario.fidelity == "dynamic" and scenario.engine == "pybullet" and on_wheels
 
 
 def compile_loops():

@@ -38,6 +38,7 @@ class PlanarMotion(DynamicMotion):
     """``DynamicMotion`` in the plane, and in the solver where that is needed."""
 
     SUBSTEP, ITERATIONS = SUBSTEP, ITERATIONS
+    SAVED = (60e-6, 1e-6)  # [s] that :meth:`leap` saves, as ``compiling.SAVED``
 
     def __init__(self, kinds, poses, obstacles=(), *arguments, **named):
         """As ``DynamicMotion``.  Raises ``ValueError`` for kinds that do not stand on two wheels and

@@ -104,6 +104,17 @@ def test_nothing_found_is_no_proof(path, tmp_path, capsys):
     assert not os.path.exists(str(out / "counterexample.yaml"))
 
 
+@pytest.mark.parametrize(
+    "option, value", [("--jobs", -3), ("--jobs", 0), ("--seed", -1), ("--runs", 1)]
+)
+def test_numbers_that_mean_nothing_are_refused_before_anything_runs(
+    option, value, path, tmp_path, capsys
+):
+    assert run(break_, path, "--out", tmp_path / "out", option, value) == 2
+    assert "argument {}: {}: wanted a whole number".format(option, value) in capsys.readouterr().err
+    assert not os.path.exists(str(tmp_path / "out"))
+
+
 def test_what_a_law_prints_is_limited_over_all_runs(path, tmp_path, capfd, monkeypatch):
     # A fork server, which Python 3.14 has by default, prints where its first user did.
     fork = functools.partial(

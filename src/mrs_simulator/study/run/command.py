@@ -230,7 +230,7 @@ def _add_scenario(parser):
 
 def _add_workers(parser):
     """Add the arguments that say where the runs of a sweep are done."""
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
+    parser.add_argument("--jobs", type=at_least(1), metavar="N", help="processes of a sweep")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")
     parser.add_argument(
         "--part",
@@ -248,3 +248,15 @@ def _add_workers(parser):
 
 if __name__ == "__main__":
     main()
+
+
+def at_least(least):
+    """Return the type of a command line's argument that is a whole number of at least ``least``."""
+
+    def count(text):
+        if not text.isdecimal() or int(text) < least:
+            wanted = "{}: wanted a whole number of at least {}".format(text, least)
+            raise argparse.ArgumentTypeError(wanted)
+        return int(text)
+
+    return count

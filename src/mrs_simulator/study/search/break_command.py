@@ -14,7 +14,7 @@ from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.draw.style import add_look, look_of
-from mrs_simulator.study.run.command import ending
+from mrs_simulator.study.run.command import at_least, ending
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search
@@ -46,7 +46,7 @@ def exit_with(name, work, arguments):
 def _arguments(argv):
     parser = argparse.ArgumentParser(prog=program("break"), description=__doc__.split(": ")[1])
     add_search(parser)
-    parser.add_argument("--runs", type=_count, default=500, metavar="N", help="at most (500)")
+    parser.add_argument("--runs", type=at_least(2), default=500, metavar="N", help="at most (500)")
     parser.add_argument(
         "--optimiser", choices=("cma", "random"), help="cma where the package cma is installed"
     )
@@ -55,24 +55,20 @@ def _arguments(argv):
     return parser.parse_args(argv)
 
 
-def _count(text):
-    if not text.isdigit() or int(text) < 2:
-        raise argparse.ArgumentTypeError("{}: wanted a whole number of at least 2".format(text))
-    return int(text)
-
-
 def add_runs(parser):
     """Add the arguments of all commands that run one scenario many times."""
     parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes")
+    parser.add_argument("--jobs", type=at_least(1), metavar="N", help="processes")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler")
 
 
 def add_search(parser):
     """Add the arguments of all searches."""
     add_runs(parser)
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the search (0)")
+    parser.add_argument(
+        "--seed", type=at_least(0), default=0, metavar="S", help="of the search (0)"
+    )
     text = "what may vary, beside the scenario's search: mismatch.delay=[0, 0.4]"
     parser.add_argument("--vary", action="append", default=[], metavar="KEY=RANGE", help=text)
 
@@ -134,7 +130,8 @@ def break_scenario(arguments):
     if found is None:
         _refuse_all_refused(search.errors, searched - 1)  # one was the scenario itself
         _write(report, arguments.out)
-        print("not found: none of {} runs breaks a requirement. That is no proof.".format(searched))
+        what = "requirement" if search.content.get("requirements") else "claim"
+        print("not found: none of {} runs breaks a {}. That is no proof.".format(searched, what))
         if search.errors:
             often = max(search.errors, key=search.errors.get)
             refused = sum(search.errors.values())

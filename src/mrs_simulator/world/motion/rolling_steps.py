@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept as kept_kernel
 from mrs_simulator.world.motion.compiled_rolling import (
     AHEAD,
     HALF,
@@ -219,4 +218,4 @@ def rolling_stretch(
 @functools.lru_cache(maxsize=None)
 def compiled_roll_step():
     """Return the compiled ``roll_step``; ``ValueError`` without numba."""
-    return linked(roll_step, jit(cache=True))
+    return kept_kernel(roll_step, None)

@@ -441,11 +441,17 @@ def test_what_ships_is_compiled_ahead(compiled):
 def test_contacts_and_forces_are_compiled_ahead():
     pytest.importorskip("numba")
     compile_loops()
-    loops = compiled_neighbours.compiled_pairs(), compiled_motion.compiled_feel()
-    loops += compiled_contacts.compiled_push(), compiled_contacts.compiled_note()
-    loops += crowd_steps.compiled_step(), rolling_steps.compiled_roll_step()
-    loops += *compiled_rolling.kernels(), *compiled_flight.compiled_loops()
-    assert all(loop.signatures for loop in loops)
+    loops = [
+        compiled_neighbours.compiled_pairs(),
+        compiled_motion.compiled_feel(),
+        compiled_contacts.compiled_push(),
+        compiled_contacts.compiled_note(),
+        crowd_steps.compiled_step(),
+        rolling_steps.compiled_roll_step(),
+        *compiled_rolling.kernels(),
+        *compiled_flight.compiled_loops(),
+    ]
+    assert [loop.__name__ for loop in loops if not loop.signatures] == []
 
 
 @pytest.mark.parametrize(

@@ -25,12 +25,13 @@ MEETING = {  # under the safety filter
     "topology": {"preset": "complete"},
     "control": {"protocol": "consensus", "safety": True},
 }
-# A crowd that is drawn together, of so many that pairs are looked for in a grid.
+# A crowd that is drawn together, of so many that pairs are looked for in a grid, and for so long that they
+# are looked for again.
 TOUCHING = {
     "robots": 289,
     "poses": {"layout": "grid", "spacing": 0.65},
     "limits": "top",
-    "duration": 1.0,
+    "duration": 4.0,
     "topology": {"preset": "path"},
     "control": {"protocol": "consensus"},
 }

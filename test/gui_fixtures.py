@@ -51,8 +51,10 @@ class Keep(logging.Handler):
 guard.LOG.addHandler(Keep())
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+EditedScenario.predict = lambda *_: None  # as with no_predictions
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
 gui.resize(1366, 768)
 gui.show()
@@ -210,11 +212,12 @@ def no_hidden_errors(monkeypatch):
 
 
 # Of a test that looks at predictions all the same.
-PREDICTS = pytest.mark.parametrize("no_predictions", [0.0], indirect=True)
+PREDICTS = pytest.mark.parametrize("no_predictions", [False], indirect=True)
 
 
 @pytest.fixture
 def no_predictions(monkeypatch, request):
     """Let windows compute no predictions, for which each starts an interpreter."""
-    rest = "mrs_simulator.rqt_plugin.run.edited_scenario.PREDICTION_REST"
-    monkeypatch.setattr(rest, getattr(request, "param", 3600.0))
+    if getattr(request, "param", True):
+        predict = "mrs_simulator.rqt_plugin.run.edited_scenario.EditedScenario.predict"
+        monkeypatch.setattr(predict, lambda *_: None)

@@ -246,10 +246,6 @@ def _add_workers(parser):
     )
 
 
-if __name__ == "__main__":
-    main()
-
-
 def at_least(least):
     """Return the type of a command line's argument that is a whole number of at least ``least``."""
 
@@ -260,3 +256,7 @@ def at_least(least):
         return int(text)
 
     return count
+
+
+if __name__ == "__main__":
+    main()

@@ -17,6 +17,7 @@ HISTORY = os.path.join(ROOT, "benchmarks", "history.csv")
 PROGRAMS = ("headless", "vehicles", "startup", "growth", "recording", "mixed_teams")
 MACHINE = ("cpu", "cores", "versions")
 WHOLE = "a run from its start, recorded"
+CROWD_RUN, PLANAR_RUN = (run + WHOLE[5:] for run in ("a crowd", "the fast engine"))
 HOOK, ARRAYS = "kinematic, by calculateControlLaw", "kinematic, by arrays"
 CROWD = "kinematic, a crowd in contact"
 COMPILED = ", compiled"
@@ -26,9 +27,15 @@ SPEEDS = {
         "headless",
         (7, 100, 1000, 10000),
         (
-            ("whole runs of 110 s from their start, recorded, compiled", WHOLE + COMPILED),
+            ("robots that do not touch, compiled", WHOLE + COMPILED),
             ("wanted", (10000, 2000, 240, 23)),
             ("the same by numpy alone", WHOLE),
+            ("a crowd that touches all the time, compiled", CROWD_RUN + COMPILED),
+            ("wanted", ("", 750, 150, 12)),
+            ("the same by numpy alone", CROWD_RUN),
+            ("wheels with forces, planar engine, compiled", PLANAR_RUN + COMPILED),
+            ("wanted", (1000, 300, 60, "")),
+            ("the same by numpy alone", PLANAR_RUN),
         ),
     ),
     "loop": (
@@ -43,7 +50,6 @@ SPEEDS = {
             ("by arrays, compiled, each sample asked for by itself", ARRAYS + COMPILED),
             ("a crowd that touches all the time", CROWD),
             ("the same, compiled", CROWD + COMPILED),
-            ("wanted", ("", 750, 150, 12)),
             ("with forces, by pybullet", "dynamic, by arrays"),
             ("with forces, by the planar engine", "dynamic, fast engine"),
             (
@@ -61,6 +67,7 @@ SPEEDS = {
                 "quadrotors with forces",
             ),
             ("the same in the whole world, hovering", "quadrotors in the world with forces"),
+            ("a whole run of 110 s from its start, recorded, compiled", "a recorded run of quadrotors with forces"),
             ("wanted", (500, 150, 15)),
             ("vessels: the whole world with current, wind, gusts, waves", "vessels with forces"),
         ),

@@ -153,8 +153,9 @@ assert poses[-1].tolist() == [3.0, 0.0, 0.0]
 
 
 def test_a_team_that_is_partly_real(gui, ros):
-    # What stands in for robot2 does not move: its link is not to count as frozen here.
-    be_patient(ros, **{"pioneer_control/frozen_time": 1000.0})
+    # What stands in for robot2 does not move: neither frozen nor stuck is it to count here.
+    still = "pioneer_control/frozen_time", "pioneer_control/stuck_time"
+    be_patient(ros, **dict.fromkeys(still, 1000.0))
     probe = ros.probe()
     probe.ask("stand_in(2, {})".format(poses()[1]))
     stage = ros.node("stage", "--scenario", FOUR.partition("/")[2], "--real", 2, "_speed:=2")

@@ -67,7 +67,10 @@ SPEEDS = {
                 "quadrotors with forces",
             ),
             ("the same in the whole world, hovering", "quadrotors in the world with forces"),
-            ("a whole run of 110 s from its start, recorded, compiled", "a recorded run of quadrotors with forces"),
+            (
+                "a whole run of 110 s from its start, recorded, compiled",
+                "a recorded run of quadrotors with forces",
+            ),
             ("wanted", (500, 150, 15)),
             ("vessels: the whole world with current, wind, gusts, waves", "vessels with forces"),
         ),

@@ -6,13 +6,14 @@
 Without anything measured, ``python3 docs/make_tables.py`` makes them.
 """
 
-import csv
 import os
 import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-HISTORY = os.path.join(ROOT, "benchmarks", "history.csv")
+sys.path.insert(0, os.path.join(ROOT, "benchmarks"))
+import history  # noqa: E402, beside what it kept
+
 # What is measured: programs of benchmarks/ with their arguments.
 PROGRAMS = ("headless", "vehicles", "startup", "growth", "recording", "mixed_teams")
 MACHINE = ("cpu", "cores", "versions")
@@ -108,10 +109,9 @@ COMMANDS = (
 )
 
 
-def newest(path=HISTORY):
+def newest():
     """Return the newest row of each ``(benchmark, case, n)``, on the machine of the newest of all."""
-    with open(path, encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = history.read()
     machine = [rows[-1][key] for key in MACHINE]
     alike = [row for row in rows if [row[key] for key in MACHINE] == machine]
     return {(row["benchmark"], row["case"], int(row["n"])): row for row in alike}

@@ -1,5 +1,6 @@
-"""The documentation's pages, their headings and their code, for tests."""
+"""The documentation's pages, their headings and their code, and programs beside the package, for tests."""
 
+import importlib.util
 import os
 import re
 
@@ -13,6 +14,14 @@ def page(name):
     place = ROOT if name == "README.md" else DOCS
     with open(os.path.join(place, name), encoding="utf-8") as file:
         return file.read()
+
+
+def loaded(folder, name):
+    """Return the module of the program ``name`` in a ``folder`` of the repository, a fresh one."""
+    spec = importlib.util.spec_from_file_location(name, os.path.join(ROOT, folder, name + ".py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def anchors(name):

@@ -1,20 +1,14 @@
 """The history of benchmarks: what is kept, and how figures of other times are compared."""
 
-import importlib.util
 import os
 
 import pytest
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from documentation import loaded
 
 
 @pytest.fixture
 def history(monkeypatch):
-    path = os.path.join(ROOT, "benchmarks", "history.py")
-    spec = importlib.util.spec_from_file_location("history", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded("benchmarks", "history")
 
 
 def noted(history, monkeypatch, capsys, path, speed, value, unit, keep=True):

@@ -2,11 +2,10 @@
 
 import os
 import re
-import sys
 
 import pytest
 import yaml
-from documentation import ROOT
+from documentation import ROOT, loaded
 
 from mrs_simulator import __version__
 from mrs_simulator.protocols import HOMES
@@ -66,11 +65,7 @@ def test_speeds_on_the_first_pages_are_measured_ones():
 
 def test_the_speeds_of_the_first_page_are_those_measured_last():
     """Else: write those of docs/benchmarks.md into README's row of this package."""
-    sys.path.insert(0, os.path.join(ROOT, "docs"))
-    try:
-        import make_speeds
-    finally:
-        sys.path.remove(os.path.join(ROOT, "docs"))
+    make_speeds = loaded("docs", "make_speeds")
     whole = ", ".join(make_speeds.headline(make_speeds.newest()))
     assert "| **{}** |\n".format(whole) in text("README.md")
 

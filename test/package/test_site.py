@@ -1,6 +1,5 @@
 """The documentation's site: all pages are there, the tutorial runs as it stands, no warning."""
 
-import importlib.util
 import json
 import os
 import re
@@ -11,7 +10,7 @@ import sys
 
 import pytest
 import yaml
-from documentation import DOCS, FENCED, ROOT, anchors, page
+from documentation import DOCS, FENCED, ROOT, anchors, loaded, page
 
 from mrs_simulator.__main__ import main
 from mrs_simulator.protocols import HOMES
@@ -39,11 +38,7 @@ def named(entry):
 def test_every_page_is_in_the_navigation():
     with open(os.path.join(ROOT, "mkdocs.yml"), encoding="utf-8") as file:
         nav = yaml.safe_load(file)["nav"]
-    spec = importlib.util.spec_from_file_location(
-        "site_links", os.path.join(ROOT, "tools", "site_links.py")
-    )
-    hook = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(hook)
+    hook = loaded("tools", "site_links")
     config = hook.on_config({"nav": nav, "docs_dir": DOCS})
     assert sorted(named(config["nav"])) == PAGES
 

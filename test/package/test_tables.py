@@ -1,16 +1,9 @@
 """Tables of the documentation that are made of declarations are as these have them."""
 
-import importlib.util
-import os
-
 import pytest
+from documentation import loaded
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SPEC = importlib.util.spec_from_file_location(
-    "make_tables", os.path.join(ROOT, "docs", "make_tables.py")
-)
-make_tables = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(make_tables)
+make_tables = loaded("docs", "make_tables")
 TABLES = make_tables.tables()
 
 

@@ -1,11 +1,9 @@
 """A scene as a grid of cells, and the grid that a driven robot's scans make of it."""
 
-import importlib.util
-import os
-
 import numpy as np
 import pytest
 import yaml
+from documentation import loaded
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
@@ -13,7 +11,6 @@ from mrs_simulator.scenario.surroundings.grids import Grid, scene_grid
 from mrs_simulator.scenario.surroundings.maps import FLOOR, UNKNOWN, WALL
 from mrs_simulator.study.run.experiment import Experiment
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 AWAY = [9.0, 9.0, 0.0]
 ROOM = [  # 8 m by 6 m, with a box and a column in it
     {"type": "box", "name": "south", "center": [4.0, -0.1], "size": [8.4, 0.2]},
@@ -27,11 +24,7 @@ ROOM = [  # 8 m by 6 m, with a box and a column in it
 
 @pytest.fixture(scope="module")
 def mapping():
-    path = os.path.join(ROOT, "benchmarks", "mapping.py")
-    spec = importlib.util.spec_from_file_location("mapping", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded("benchmarks", "mapping")
 
 
 class Rounds(PioneerControl):

@@ -1,21 +1,14 @@
 """The command that finds thresholds without theory, and what it compares them with."""
 
-import importlib.util
 import math
-import os
 
 import pytest
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from documentation import loaded
 
 
 @pytest.fixture(scope="module")
 def thresholds():
-    path = os.path.join(ROOT, "benchmarks", "thresholds.py")
-    spec = importlib.util.spec_from_file_location("thresholds", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded("benchmarks", "thresholds")
 
 
 def test_sampled_thresholds_approach_those_of_continuous_time(thresholds):

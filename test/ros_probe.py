@@ -140,6 +140,11 @@ def stamp():
     return newest["/stage/state"].header.stamp.to_sec()
 
 
+def status_stamp():
+    """Return the simulated time of the newest status [s]."""
+    return newest["/stage/status"].header.stamp.to_sec()
+
+
 def status(key):
     return plain("/stage/status").get(key)
 

@@ -1,10 +1,13 @@
 """The vocabulary of noise: statistics over many draws, and streams that depend on nobody else."""
 
+import zlib
+
 import numpy as np
 import pytest
 
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.sensors.noise import Draws, Noise, Streams, read_noise
+from mrs_simulator.sensors import seeds
+from mrs_simulator.sensors.noise import BLOCK, SAMPLES, Draws, Noise, Streams, read_noise
 from mrs_simulator.vehicles.quantities import QuantitySection
 
 DRAWN = 10000
@@ -76,6 +79,34 @@ def test_values_of_a_robot_depend_on_no_other_robot_sensor_or_quantity():
     for other in ({"sensor": "laser"}, {"seed": 1}, {"numbers": (3,)}):
         options = dict({"numbers": (2,), "width": 16}, **other)
         assert not np.array_equal(measured(Noise(stddev=0.2), samples=1, **options), alone[:1])
+
+
+@pytest.mark.parametrize("grows", [False, True])
+@pytest.mark.parametrize("seed, robots", [(0, 1), (2**32 - 1, 11), (2**80 + 3, 11)])
+def test_draws_are_those_of_one_generator_for_each_seed_robot_purpose_and_block(
+    seed, robots, grows
+):
+    """To the bit, in any order of samples: a run of before has the same readings."""
+    width, numbers = 300, tuple(range(1, 2 * robots, 2))
+    length = SAMPLES if grows else BLOCK // width
+    streams = Streams(seed, numbers, "laser", grows)
+    for sample in (0, 1, 2, 3, length, 5 * length, 9 * length + 1, 4, 10**6):
+        block, within = divmod(sample, length)
+        for method, ask in (("standard_normal", streams.normal), ("random", streams.uniform)):
+            drawn = ask(method, width, sample)
+            key = zlib.crc32("laser/{}".format(method).encode())
+            for number, own in zip(numbers, drawn):
+                one = getattr(np.random.default_rng((seed, number, key, block)), method)
+                wanted = one((width, length)).T if grows else one((length, width))
+                np.testing.assert_array_equal(own, wanted[within])
+
+
+def test_states_found_together_are_those_that_numpy_finds_one_by_one():
+    words = np.random.default_rng(0).integers(0, 2**32, (40, 6), dtype=np.uint32)
+    words[0], words[1] = 0, 2**32 - 1
+    for length in (1, 3, 4, 6):
+        one_by_one = [np.random.PCG64(np.random.SeedSequence(w[:length])).state for w in words]
+        assert seeds.states(words[:, :length]) == one_by_one
 
 
 def test_values_of_those_that_are_seen_depend_on_no_larger_team():

@@ -15,12 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.sensors import seeds
 from mrs_simulator.vehicles.quantities import QuantitySection
 
 KEYS = ("stddev", "bias", "bias_walk", "quantum", "dropout", "latency")
 BLOCK = 1024  # [-] numbers that are drawn at a time of each robot's stream, at least one sample's
 # [-] samples that are drawn at a time where there is a value for each robot of the team
 SAMPLES = 16
+STATES = 1024  # [-] of generators that are found at a time, at least one block's
 MOST = 1e9  # [SI] of every number of noise
 FINEST = 1e-12  # [SI] of a quantum
 
@@ -96,9 +98,9 @@ class Streams:
         ``grows``: a sample has a value for each robot of the team, and a larger team leaves the first as
         they are.
         """
-        self._seed, self._numbers, self._sensor = seed, tuple(numbers), sensor
+        self._seed, self._numbers, self._sensor = seeds.words_of(seed), tuple(numbers), sensor
         self._grows = grows
-        self._blocks = {}
+        self._blocks, self._states = {}, {}
 
     def normal(self, purpose, width, sample):
         """Return standard normal numbers (m, width) of the whole number ``sample`` >= 0."""
@@ -114,14 +116,30 @@ class Streams:
         block, within = divmod(sample, length)
         known = self._blocks.get(purpose)
         if known is None or known[:2] != (block, width):
+            drawn = np.empty((len(self._numbers), *shape))
+            for own, state in zip(drawn, self._states_of(purpose, block)):
+                seeds.draw(state, method, own)
+            known = self._blocks[purpose] = block, width, drawn
+        return known[2][..., within] if self._grows else known[2][:, within]
+
+    def _states_of(self, purpose, block):
+        """Return the states of the generators of all robots for ``block``.
+
+        Those of the next blocks are found with them, twice as many each time.
+        """
+        m = len(self._numbers)
+        first, states = self._states.get(purpose, (0, []))
+        if not m * first <= m * block < m * first + len(states):
+            length = max(1, min(2 * len(states), STATES) // max(1, m))
             key = zlib.crc32("{}/{}".format(self._sensor, purpose).encode())
-            drawn = [
-                getattr(np.random.default_rng((self._seed, number, key, block)), method)(shape)
+            entropy = [
+                (*self._seed, number, key, block + ahead)
+                for ahead in range(length)
                 for number in self._numbers
             ]
-            drawn = [each.T for each in drawn] if self._grows else drawn
-            known = self._blocks[purpose] = block, width, np.stack(drawn, axis=1)
-        return known[2][within]
+            first, states = block, seeds.states(np.array(entropy, dtype=np.uint32))
+            self._states[purpose] = first, states
+        return states[m * (block - first) : m * (block - first + 1)]
 
 
 class Draws:

@@ -268,21 +268,28 @@ class Probe:
         assert ready, "the probe did not answer within {:g} s".format(limit)
         return self._process.stdout.readline().decode()
 
-    def ask(self, expression):
-        """Return the expression's value, made of plain values."""
+    def _answer(self, expression):
         self._process.stdin.write(expression.encode() + b"\n")
         self._process.stdin.flush()
-        answer = json.loads(self._line())
+        return json.loads(self._line())
+
+    def ask(self, expression):
+        """Return the expression's value, made of plain values."""
+        answer = self._answer(expression)
         assert "error" not in answer, "{}: {}".format(expression, answer["error"])
         return answer["value"]
 
     def wait(self, expression, limit=PATIENCE):
-        """Return the expression's first true value; fail the test after ``limit`` [s]."""
+        """Return the expression's first true value; fail the test after ``limit`` [s].
+
+        An expression that raises is not true yet: each topic begins when it does, in no order.
+        """
 
         def value():
-            return self.ask(expression)
+            answer = self._answer(expression)
+            value.__name__ = ": ".join(filter(None, (expression, answer.get("error"))))
+            return answer.get("value")
 
-        value.__name__ = expression
         return wait_until(value, limit)
 
     def wait_simulated(self, seconds, limit=PATIENCE):

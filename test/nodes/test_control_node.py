@@ -191,7 +191,7 @@ def test_a_law_that_breaks_on_the_way_stops_the_robots(ros, law):
     control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(BROKEN) + ":TurnsNan")
     moving(probe, 2)
     probe.wait("'the law failed' in (control('trouble') or '')")
-    at_rest(probe)
+    probe.wait("status_stamp() >= {!r}".format(at_rest(probe)))
     assert probe.ask("status('refused')") == [0, 0]  # it was not the stage that stopped them
     assert control.poll() is None
 

@@ -63,7 +63,7 @@ def test_each_robot_has_its_parts_under_names_of_their_own(ros):
     assert probe.ask("sorted({m.header.frame_id for m in markers.values()})") == ["world"]
     assert [label["text"] for label in probe.ask("shown('TEXT_VIEW_FACING')")] == ["1", "2", "3"]
     arrows = [arrow["place"] for arrow in probe.ask("shown('ARROW')")]
-    state = probe.ask("[state('x'), state('y')]")
+    state = probe.wait("state('x') and [state('x'), state('y')]")
     assert arrows == [pytest.approx(place) for place in zip(*state)]
 
 

@@ -143,7 +143,7 @@ def test_disabled_motors_ignore_commands_and_odometry_goes_on(ros):
     probe.wait_simulated(0.5)
     probe.wait("state('commanded')[0] and state('vx')[1] > 0.2")
     assert probe.ask("state('vx')[0]") == 0.0
-    assert probe.ask("plain('/robot2/motors_state')['data']") is True
+    assert probe.wait("plain('/robot2/motors_state')")["data"] is True
     seen = probe.ask("odom(1)['stamp']")
     probe.wait("odom(1)['stamp'] > {}".format(seen))
     # Asked twice, told once: the topic is published on change.
@@ -158,9 +158,9 @@ def test_motors_come_and_go_with_the_team_and_real_robots_have_their_own(ros):
     _, probe = start(ros, "--robots", 3, "--real", 2, PRESET)
     topics = "sorted(name for name, _ in rospy.get_published_topics() if 'motors' in name)"
     states = ["/robot{}/motors_state".format(robot) for robot in (1, 3)]
-    assert probe.wait(topics) == states
+    probe.wait("{} == {}".format(topics, states))
     assert probe.ask("set_team([[0, 0, 0], [5, 0, 0]])") == [True, "2 robots"]
-    assert probe.wait(topics) == states[:1]
+    probe.wait("{} == {}".format(topics, states[:1]))
 
 
 @pytest.mark.parametrize(

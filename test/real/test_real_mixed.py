@@ -53,7 +53,7 @@ def test_one_protocol_drives_real_and_simulated_robots_of_three_kinds(ros, tmp_p
         return (top[:3] > [0.3 - 1e-6, 0.22 - 1e-6, 0.3]).all() and aside[2] > 0.2
 
     wait_until(all_have_hurried)
-    wait_until(lambda: probe.ask("sent(1)")[0] > 0.0)
+    probe.wait("sent(1)[0] > 0.0")
 
     # The real one's motors go off: it stands alone, the others go on.
     probe.ask("switch('/robot1/RosAria/disable_motors')")

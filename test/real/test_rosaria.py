@@ -134,8 +134,8 @@ class Team:
 
     def trouble(self, text):
         """Wait until the control node's trouble holds ``text``; return it."""
-        self.probe.wait("{!r} in (control('trouble') or '')".format(text))
-        return self.probe.ask("control('trouble')")
+        said = "[said for said in [control('trouble') or ''] if {!r} in said]"
+        return self.probe.wait(said.format(text))[0]
 
     def drives(self, numbers=(1, 2, 3, 4), distance=0.1):
         """Wait until the robots have gone some way."""
@@ -167,7 +167,7 @@ def test_four_robots_form_the_papers_line(team):
         team.robot(number)
     control = team.node("pioneer_control", AT_ONCE, STALLS)
     wait_until(team.in_line, 60)
-    assert len(team.probe.ask("control('command_v')")) == 4
+    assert len(team.probe.wait("control('command_v')")) == 4
     assert team.probe.ask("control('stopped')") == []
     assert "law failed" not in log_of(control)
 
@@ -291,8 +291,8 @@ def test_the_others_go_on_when_all_motors_have_answered_again(team):
     assert "motors: /robot" in team.go()
     team.at_rest((1, 2))
     team.probe.ask("gates['/robot2/held'].set()")
-    wait_until(lambda: team.sent(2) == [0.06, 0.0])
-    assert team.sent(1) == [0.0, 0.0] and team.probe.ask("control('running')")
+    wait_until(lambda: team.sent(1) == [0.0, 0.0] and team.sent(2) == [0.06, 0.0])
+    team.probe.wait("control('running') and control('stopped') == [1]")
     team.trouble("robot1 stopped: would leave the geofence")
 
 
@@ -674,8 +674,7 @@ def test_a_law_stops_by_rosarias_sonar_and_never_moves_on_a_stale_one(team):
     given = AT_ONCE, sonars, STALLS, "_sensor_timeout:=2", "_frozen_time:=8", "_stuck_time:=8"
     control = team.node("pioneer_control", "--protocol", team.law, *given, n=2)
     team.drives((1, 2), 0.1)
-    wait_until(lambda: team.sent(1) == [0.0, 0.0])
-    assert team.sent(2) == [0.3, 0.0]
+    wait_until(lambda: team.sent(1) == [0.0, 0.0] and team.sent(2) == [0.3, 0.0])
     # 0.5 m before the transducers at 166 mm, a packet late, and 0.15 m on by the firmware's ramp.
     team.probe.wait("newest['/robot1/RosAria/pose'].twist.twist.linear.x == 0.0")
     assert 0.33 < team.odometry(1)[0] < 0.7

@@ -227,9 +227,9 @@ until(lambda: not rosgraph.is_master_online())
 from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
 keep, received = Inbox.keep, []
 def keep_and_note(inbox, message, name):
+    keep(inbox, message, name)
     if name == "emergency":
         received.append(message.data)
-    keep(inbox, message, name)
 Inbox.keep = keep_and_note
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
 gui.connection.set_emergency(True)

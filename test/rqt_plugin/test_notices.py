@@ -96,6 +96,25 @@ def test_an_error_of_the_gui_itself_is_shown_too(make_study):
     assert "IndexError" in study.banners.text("error")
 
 
+def test_of_a_class_slots_and_handlers_of_events_are_guarded(caplog):
+    @guarded
+    class Panel:
+        def _on_click(self):
+            raise KeyError("clicked")
+
+        def leaveEvent(self):
+            raise KeyError("left")
+
+        def read(self):
+            raise KeyError("read")
+
+    panel = Panel()
+    assert panel._on_click() is None and panel.leaveEvent() is None
+    assert "clicked" in caplog.text and "left" in caplog.text
+    with pytest.raises(KeyError):
+        panel.read()
+
+
 @pytest.mark.parametrize("gives_up", [True, False])
 def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
     make_study, tmp_path, gives_up

@@ -43,6 +43,7 @@ OLD_POSE = "{}; the table shows the old value again, with which another click st
 STARTING = ("run", "simulate", "control")  # actions that use what is edited
 
 
+@guarded
 class StudyWidget(StudyPanels):
     """The window of a coordination study; ``close_study`` ends what was started here."""
 
@@ -132,7 +133,6 @@ class StudyWidget(StudyPanels):
 
     # The run -------------------------------------------------------------------------------------
 
-    @guarded
     def _on_asked(self, name):
         if name == "save":
             self.results.ask_where()
@@ -185,11 +185,9 @@ class StudyWidget(StudyPanels):
             why = self.study.edited.no_start()
         return ("Team", why) if why else ("", self._refused)
 
-    @guarded
     def _on_refused(self, why):
         self._refused = why
 
-    @guarded
     def _on_start_anyway(self):
         self.close_error()  # that of the check which held the start
         self.say(self.study.control.start_anyway())
@@ -201,19 +199,16 @@ class StudyWidget(StudyPanels):
             self.results_tabs.setCurrentWidget(self.preflight)
         self._show_possible()  # a click on Stop may follow before the next tick
 
-    @guarded
     def _on_emergency(self, on):
         self.connection.set_emergency(on)
         self.study.preflight.cancel()
         self.status_line.show_alarm()
 
-    @guarded
     def _on_speed(self, speed):
         self.say(self.study.stage.set_speed(speed))
 
     # Timers --------------------------------------------------------------------------------------
 
-    @guarded
     def _on_frame(self):
         self.replay.show_frame()
         self.opened.show_frame()
@@ -275,7 +270,6 @@ class StudyWidget(StudyPanels):
             shown = check.findings, check.passed, check.outcome, check.may_judge()
             self.preflight.set_findings(*shown)
 
-    @guarded
     def showEvent(self, event):
         """Take the keys from the start, without a first click."""
         super().showEvent(event)

@@ -20,6 +20,7 @@ BEFORE = (
 )
 
 
+@guarded
 class AheadBar(QWidget):
     """A choice among gains with a slider, a text, and what to do with the look ahead."""
 
@@ -80,7 +81,6 @@ class AheadBar(QWidget):
         if why:
             self.keep.setToolTip(why)
 
-    @guarded
     def _on_chosen(self, *_):
         self._show_value()
 
@@ -100,7 +100,6 @@ class AheadBar(QWidget):
         unit = self._gains[name].unit
         self._value.setText("{:.4g} {}".format(value, unit).strip())
 
-    @guarded
     def _on_slider(self, place):
         name = self.gain.currentText()
         if name not in self._gains:

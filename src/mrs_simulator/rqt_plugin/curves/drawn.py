@@ -96,6 +96,7 @@ class _Canvas(FigureCanvasQTAgg):
         self.update()
 
 
+@guarded
 class DrawnCurves(QWidget):
     """State curves of a team and its formation error, redrawn while visible and only if changed."""
 
@@ -241,31 +242,26 @@ class DrawnCurves(QWidget):
         if event.type() in (QEvent.PaletteChange, QEvent.FontChange, QEvent.StyleChange):
             self._on_look()
 
-    @guarded
     def showEvent(self, event):
         """Resume redrawing."""
         super().showEvent(event)
         self.timer.start(SOON)
 
-    @guarded
     def hideEvent(self, event):
         """Stop redrawing."""
         super().hideEvent(event)
         if hasattr(self, "timer"):  # else Python has collected it, shown, before Qt takes it down
             self.timer.stop()
 
-    @guarded
     def _on_look(self):
         if hasattr(self, "canvas"):  # not while this is made
             self._take_look()
 
-    @guarded
     def _on_tab(self, *_):
         self._ylim = None
         self.field.setEnabled(self._index() != ERROR)
         self._renew()
 
-    @guarded
     def _on_field(self, *_):
         try:
             self._ranges = quantities.parse_robots(self.field.text())
@@ -278,7 +274,6 @@ class DrawnCurves(QWidget):
         self.field.setStyleSheet(WRONG if problem else "")
         self._renew()
 
-    @guarded
     def _on_follow(self, follow):
         """Go on with the width of the window, or stay with the axes as they are."""
         if not follow and self._drawn is not None:

@@ -18,6 +18,7 @@ ZOOM = 0.8  # of one step of the wheel
 PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)  # around and in the axes; text
 
 
+@guarded
 class CurvesPanel(DrawnCurves):
     """Curves that are zoomed by the wheel and panned by a drag; the one under the mouse is named."""
 
@@ -76,7 +77,6 @@ class CurvesPanel(DrawnCurves):
         self._point_out()
         self._place_line()
 
-    @guarded
     def _on_menu(self, place):
         """Offer what can be done with the curves, and with the one at ``place`` (a ``QPoint``)."""
         ratio = self.canvas.devicePixelRatioF()
@@ -176,7 +176,6 @@ class CurvesPanel(DrawnCurves):
         self._xlim, self._ylim = None, None
         self._renew()
 
-    @guarded
     def _on_wheel(self, event):
         box, follow = self.plot.axes.bbox, self.follow.isChecked()
         factor = ZOOM ** float(np.clip(event.step, -3, 3))
@@ -186,14 +185,12 @@ class CurvesPanel(DrawnCurves):
         low, high = y + (box.y0 - y) * along, y + (box.y1 - y) * along
         self._see(x + (box.x0 - x) * across, low, x + (box.x1 - x) * across, high)
 
-    @guarded
     def _on_press(self, event):
         if event.dblclick:
             self.see_all()
         elif event.button == 1 and self.plot.axes.bbox.contains(event.x, event.y):
             self._grip = self._pressed = event.x, event.y
 
-    @guarded
     def _on_motion(self, event):
         self._pointer = event.x, event.y
         if self._grip is not None:
@@ -206,7 +203,6 @@ class CurvesPanel(DrawnCurves):
             self._grip = self._pointer
         self._point_out()
 
-    @guarded
     def _on_release(self, event):
         self._grip, pressed, self._pressed = None, self._pressed, None
         if pressed is None or np.hypot(event.x - pressed[0], event.y - pressed[1]) > self._reach():
@@ -221,7 +217,6 @@ class CurvesPanel(DrawnCurves):
         """Return how far [pixels] an unsteady hand moves the mouse in a click."""
         return 0.4 * self.plot.em()
 
-    @guarded
     def _on_leave(self, _event):
         self._pointer = None
         self._point_out()

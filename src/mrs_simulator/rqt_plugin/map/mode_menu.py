@@ -6,6 +6,7 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 LESSER = ("ahead", "push", "measure")
 
 
+@guarded
 class ModeMenu(QToolButton):
     """Stands for the buttons of the ``LESSER`` modes, which choose what the mouse does all the same."""
 
@@ -25,7 +26,6 @@ class ModeMenu(QToolButton):
         self.setMenu(menu)
         self.hide()
 
-    @guarded
     def _on_show(self):
         """Show of each mode whether it is on, and whether it can be chosen."""
         for entry, button in zip(self.menu().actions(), self._buttons.values()):

@@ -41,6 +41,7 @@ DIGITS = 6  # [-] after the point of what is shown
 TURN_DIGITS = 2  # of degrees
 
 
+@guarded
 class ObstacleFields(QWidget):
     """Shows what is selected in the ``ObstacleEditor`` of a ``MapView``, and edits it.
 
@@ -131,7 +132,6 @@ class ObstacleFields(QWidget):
         shown = round(math.degrees(value), TURN_DIGITS) if turn else round(value, DIGITS)
         field.show_value(shown)
 
-    @guarded
     def _on_finished(self, name):
         field, number = self.fields[name], self._names[name]
         if not number or not field.isModified():

@@ -27,6 +27,7 @@ PALE = 0.3  # [-] opacity of what others sense than the robot chosen
 ALOFT = 0.01  # [m] from which a robot's height is shown
 
 
+@guarded
 class PaintedMap(MapScene):
     """A scene that is painted; what it shows for a moment lies on top."""
 
@@ -40,7 +41,6 @@ class PaintedMap(MapScene):
         # [s] of processor time: of the last picture, and of all since someone set it to 0
         self.cost = self.spent = 0.0
 
-    @guarded
     def paintEvent(self, event):
         style, painter = MapStyle.of(self, max(self.team.numbers, default=1)), QPainter(self)
         begun = time.thread_time()

@@ -67,6 +67,7 @@ TIPS = {
 }
 
 
+@guarded
 class MapPanel(QWidget):
     """Owns the ``map``; its buttons are in ``modes`` and ``shown``, by name."""
 
@@ -210,7 +211,6 @@ class MapPanel(QWidget):
         self.layers.hide()
         self._row.addWidget(self.layers)
 
-    @guarded
     def resizeEvent(self, event):
         """Put boxes and buttons where there is room for them."""
         super().resizeEvent(event)
@@ -255,7 +255,6 @@ class MapPanel(QWidget):
         if not editable and button.isChecked():
             self.modes["look"].setChecked(True)
 
-    @guarded
     def _on_changed(self):
         self.obstacles.show_selected()
 
@@ -276,7 +275,6 @@ class MapPanel(QWidget):
         self.trail.setVisible(self._chosen > 0 and self.layers.isHidden())
         self._trail_entry.setVisible(self._chosen > 0)
 
-    @guarded
     def _on_trail(self, shown):
         (self._hidden.discard if shown else self._hidden.add)(self._chosen)
         self.map.set_trail_shown(self._chosen, shown)

@@ -41,6 +41,7 @@ REACH = 10.0  # [m] about a small team within which obstacles are brought into v
 LAYERS = ("trails", "forecast", "targets", "edges", "numbers", "legend")
 
 
+@guarded
 class MapScene(QWidget):
     """Robots, targets, trails, obstacles and edges in the plane; robots are numbered from 1."""
 
@@ -427,11 +428,9 @@ class MapScene(QWidget):
         line = self.fontMetrics().height()
         return QSize(14 * line, 6 * line)
 
-    @guarded
     def resizeEvent(self, event):
         self._measure()
 
-    @guarded
     def changeEvent(self, event):
         if event.type() == QEvent.FontChange:
             self._measure()

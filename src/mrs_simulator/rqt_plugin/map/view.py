@@ -33,6 +33,7 @@ class Drag(NamedTuple):
     button: int
 
 
+@guarded
 class MapView(PaintedMap):
     """A map with mouse and keys: signals for edits and clicked robots."""
 
@@ -64,7 +65,6 @@ class MapView(PaintedMap):
         self.changed.emit()
         self.update()
 
-    @guarded
     def mousePressEvent(self, event):
         at = _place(event)
         row = self.robot_at(at)
@@ -109,7 +109,6 @@ class MapView(PaintedMap):
             return "turn"
         return "choose" if held & Qt.ControlModifier else "move"
 
-    @guarded
     def mouseMoveEvent(self, event):
         at = _place(event)
         if self.drag is not None:
@@ -121,7 +120,6 @@ class MapView(PaintedMap):
             self._hover(at)
         self._cursor = at
 
-    @guarded
     def leaveEvent(self, event):
         """Hover over no edge any more."""
         super().leaveEvent(event)
@@ -205,7 +203,6 @@ class MapView(PaintedMap):
         self._begin_anew = True
         self.pose_edited.emit(self.team.numbers[row], *pose)
 
-    @guarded
     def mouseReleaseEvent(self, event):
         drag = self.drag
         if drag is None or event.button() != drag.button:
@@ -244,7 +241,6 @@ class MapView(PaintedMap):
                 self.edge_removed.emit(*edge[:2])
             self._hover(at)
 
-    @guarded
     def mouseDoubleClickEvent(self, event):
         at = _place(event)
         on_edge = self.mode in EDGE_MODES and self.edge_at(at) is not None
@@ -255,7 +251,6 @@ class MapView(PaintedMap):
         else:
             self.mousePressEvent(event)
 
-    @guarded
     def wheelEvent(self, event):
         # Qt before 5.14 has no position().
         at = event.position() if hasattr(event, "position") else event.posF()
@@ -264,7 +259,6 @@ class MapView(PaintedMap):
         self.update()
         event.accept()
 
-    @guarded
     def keyPressEvent(self, event):
         if event.key() == Qt.Key_F:
             self.fit()
@@ -290,7 +284,6 @@ class MapView(PaintedMap):
         """Return what takes the keys of the mode, None for nothing."""
         return {"obstacles": self.keys, "poses": self.chosen}.get(self.mode)
 
-    @guarded
     def contextMenuEvent(self, event):
         """Offer what can be done there; of a robot in the mode for poses, once it is not turned."""
         row = self.robot_at(np.array([event.pos().x(), event.pos().y()], dtype=float))

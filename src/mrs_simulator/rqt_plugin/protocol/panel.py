@@ -22,6 +22,7 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 ROWS_SHOWN = 6  # at least, in lines of text
 
 
+@guarded
 class ProtocolPanel(QWidget):
     """The protocol's name or file above, a form of its parameters below."""
 
@@ -140,7 +141,6 @@ class ProtocolPanel(QWidget):
         self.set_protocol(name)
         self.protocol_chosen.emit(name)
 
-    @guarded
     def _on_activated(self, index):
         name = self._offered()[index]
         if name != self._name:
@@ -155,7 +155,6 @@ class ProtocolPanel(QWidget):
         else:
             self._problem.say("{}: wanted a Python file, *.py".format(path))
 
-    @guarded
     def _on_class(self):
         path, before = split_name(self._name)
         name = self.class_field.text().strip()
@@ -195,7 +194,6 @@ class ProtocolPanel(QWidget):
         """Show warnings (name: text) beside their parameters; those of "" below the form."""
         self.form.set_warnings(warnings)
 
-    @guarded
     def _on_defaults(self, *_):
         self.form.set_defaults()
 

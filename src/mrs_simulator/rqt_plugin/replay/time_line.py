@@ -23,6 +23,7 @@ NO_RUN, OWN = "no run yet", "this window's run"
 KEYS = "Left and right: a sample, with Shift ten; Home and End: the first, the newest; blank: play"
 
 
+@guarded
 class TimeSlider(QSlider):
     """A slider that goes where it is clicked; keys step through samples of the ``cursor``."""
 
@@ -33,7 +34,6 @@ class TimeSlider(QSlider):
         self.setToolTip("The moment of the run that is shown.\n" + KEYS)
         self.setFocusPolicy(Qt.StrongFocus)
 
-    @guarded
     def mousePressEvent(self, event):
         """Go where the click is, and on with the mouse."""
         if event.button() == Qt.LeftButton:
@@ -47,7 +47,6 @@ class TimeSlider(QSlider):
             self.setValue(QStyle.sliderValueFromPosition(0, STEPS, at, room))
         super().mousePressEvent(event)
 
-    @guarded
     def keyPressEvent(self, event):
         """Step, go to an end, or play."""
         samples = TEN if event.modifiers() & Qt.ShiftModifier else 1
@@ -64,6 +63,7 @@ class TimeSlider(QSlider):
             super().keyPressEvent(event)
 
 
+@guarded
 class TimeLine(QWidget):
     """Slider, play button and speed of a ``TimeCursor``, and in words which run and moment are shown."""
 
@@ -111,7 +111,6 @@ class TimeLine(QWidget):
         """Return a size that makes no window wider."""
         return QSize(0, super().minimumSizeHint().height())
 
-    @guarded
     def resizeEvent(self, event):
         """Leave out what there is no room for."""
         super().resizeEvent(event)
@@ -145,18 +144,15 @@ class TimeLine(QWidget):
             self.run.setText(shown)
             self.run.setToolTip(text)
 
-    @guarded
     def _on_newest(self, *_):
         if self._opened:
             self.close_asked.emit()
         else:
             self.cursor.follow()
 
-    @guarded
     def _on_speed(self, *_):
         self.cursor.speed = self.speed.currentData()
 
-    @guarded
     def _on_slider(self, value):
         span = self.cursor.span
         if span is not None:

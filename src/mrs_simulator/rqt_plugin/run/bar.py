@@ -82,6 +82,7 @@ UNDO_KEY, REDO_KEY = "Ctrl+Z", "Ctrl+Shift+Z"  # a field that is being edited ta
 RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
 
 
+@guarded
 class RunBar(QWidget):
     """Buttons with shortcuts that work inside the plugin alone; the emergency stop's works everywhere.
 
@@ -198,7 +199,6 @@ class RunBar(QWidget):
             self._singly = shown
             self._fold()
 
-    @guarded
     def resizeEvent(self, event):
         """Put into the menu what would take another line."""
         super().resizeEvent(event)
@@ -246,7 +246,6 @@ class RunBar(QWidget):
         # The key only ever stops; releasing is a deliberate click.
         self._stop_all.setChecked(True)
 
-    @guarded
     def _on_emergency(self, on):
         self._stop_all.setText("RELEASE STOP" if on else "EMERGENCY STOP")
         self.emergency.emit(on)

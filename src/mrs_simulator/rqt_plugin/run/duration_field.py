@@ -25,6 +25,7 @@ def read_duration(text):
         raise ValueError(WANTED.format(shown(text), comma_remark(number))) from None
 
 
+@guarded
 class DurationField(TextField):
     """A duration [s]; a refused text stays, in red, until there is another."""
 
@@ -67,7 +68,6 @@ class DurationField(TextField):
             palette.setColor(QPalette.Text, QColor(tint("error", palette)))
         self.setPalette(palette)
 
-    @guarded
     def _on_finished(self):
         if not self.isModified():
             return
@@ -76,7 +76,6 @@ class DurationField(TextField):
         except ValueError as error:
             self.refuse(str(error))
 
-    @guarded
     def _on_given_up(self):
         duration, self._duration = self._duration, None
         self.show_duration(duration)

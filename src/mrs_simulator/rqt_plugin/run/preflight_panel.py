@@ -27,6 +27,7 @@ JUDGE = "I see all robots, and the emergency stop is at hand"
 START_TIP = "Check again, and start the controller unless there are new findings"
 
 
+@guarded
 class PreflightPanel(QWidget):
     """Findings in a table; ``start_asked`` when a person starts in spite of them."""
 
@@ -55,7 +56,6 @@ class PreflightPanel(QWidget):
         self._title.say(BEFORE)
         self._offer(False)
 
-    @guarded
     def _on_start(self, *_):
         self._offer(False)
         self.start_asked.emit()

@@ -41,6 +41,7 @@ SILENT = "No output yet."
 QUIET = "Nothing has been received on /diagnostics yet."
 
 
+@guarded
 class ProgramsPanel(QWidget):
     """Shows ``Program``s; ``asked`` emits an action and a name, ``added`` a command."""
 
@@ -125,7 +126,6 @@ class ProgramsPanel(QWidget):
             self.select(chosen or "stage")
         self._offer()
 
-    @guarded
     def _on_selected(self):
         self._offer()
 
@@ -171,7 +171,6 @@ class ProgramsPanel(QWidget):
         title = "Diagnostics ({})".format(count) if count else "Diagnostics"
         self.details.setTabText(1, title)
 
-    @guarded
     def _on_added(self, *_):
         self.added.emit(self.command.text())
 

@@ -40,6 +40,7 @@ BEFORE = (
 )
 
 
+@guarded
 class SearchPanel(QWidget):
     """Asks for searches, and shows their progress and their ``Result``."""
 
@@ -197,7 +198,6 @@ class SearchPanel(QWidget):
             shown.setDevicePixelRatio(self.devicePixelRatioF())
             self.figure.setPixmap(shown)
 
-    @guarded
     def resizeEvent(self, event):
         """Show the figure as wide as there is room."""
         super().resizeEvent(event)

@@ -32,6 +32,7 @@ NOT_RECORDED = "Readings of sensors are not in a recorded run."
 NONE = "Robot {} has no sensors: its kind declares none, and the scenario adds none."
 
 
+@guarded
 class SensorsPanel(QWidget):
     """Shows the readings of the robot chosen."""
 
@@ -100,7 +101,6 @@ class SensorsPanel(QWidget):
             texts.append("and {} earlier".format(len(incidents) - SHOWN))
         self.state.say("; ".join(texts), "warning" if incidents else "good")
 
-    @guarded
     def _on_chosen(self, place):
         self.robot_chosen.emit(int(self.robots.itemText(place) or 0))
 

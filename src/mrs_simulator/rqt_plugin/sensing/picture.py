@@ -15,6 +15,7 @@ TALL, GAP = 0.6, 0.25  # [lines of text] of the scale, and above it
 STEPS = (1.0, 2.0, 5.0, 10.0)  # [-] at which a scale ends, times a power of ten
 
 
+@guarded
 class Picture(QWidget):
     """Shows an image as large as fits, with its aspect ratio."""
 
@@ -54,7 +55,6 @@ class Picture(QWidget):
         line = self.fontMetrics().height()
         return QSize(LEAST * line, LEAST * line // 2)
 
-    @guarded
     def paintEvent(self, _):
         if self.image is None:
             return

@@ -28,6 +28,7 @@ LEAST = 8  # [lines of text] of height of the tables, which scroll where there i
 NOTHING = "\u2013"
 
 
+@guarded
 class ComparisonPanel(QWidget):
     """Shows ``ComparedRun``s beside each other."""
 
@@ -98,7 +99,6 @@ class ComparisonPanel(QWidget):
         """Return the line above the tables."""
         return self._title.message
 
-    @guarded
     def _on_copy(self, *_):
         tables = self.parameters, self.claims
         QApplication.clipboard().setText("\n\n".join(table.as_tsv() for table in tables))

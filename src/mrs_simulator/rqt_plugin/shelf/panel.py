@@ -31,6 +31,7 @@ ADDING = (
 LOW = 14  # [lines of text] of height, below which the list has all of it
 
 
+@guarded
 class ShelfPanel(QWidget):
     """Shows ``Entry``s, and asks by signals for what is done to them."""
 
@@ -134,7 +135,6 @@ class ShelfPanel(QWidget):
         """Offer to bring back the run that was deleted last, or no longer."""
         self.undo.setVisible(offered)
 
-    @guarded
     def _on_filter(self, *_):
         self._list()
 
@@ -142,7 +142,6 @@ class ShelfPanel(QWidget):
         words = self._filter.text().lower().split()
         self.list.take([each for each in self._entries if _matches(each, words)])
 
-    @guarded
     def _on_current(self, *_):
         """Show the marks of the current run."""
         entry = self.list.current()
@@ -150,14 +149,12 @@ class ShelfPanel(QWidget):
         if entry is not None:
             self.details.show_entry(entry)
 
-    @guarded
     def _on_menu(self, at):
         index = self.list.indexAt(at)
         if index.isValid():
             menu = self.details.menu(self.list.runs.entries[index.row()])
             menu.popup(self.list.viewport().mapToGlobal(at))
 
-    @guarded
     def resizeEvent(self, event):
         """Leave the room to the list where there is little; the menu of a run has its buttons, too."""
         super().resizeEvent(event)
@@ -168,11 +165,9 @@ class ShelfPanel(QWidget):
             self.list.set_low(low)
             self._on_current()
 
-    @guarded
     def _on_compared(self, paths):
         self.clear.setVisible(bool(paths))
 
-    @guarded
     def keyPressEvent(self, event):
         """Rename by F2."""
         if event.key() == Qt.Key_F2 and self.details.isVisible():

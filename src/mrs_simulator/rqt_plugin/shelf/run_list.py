@@ -113,6 +113,7 @@ def size_text(size):
     return ""
 
 
+@guarded
 class RunList(QListView):
     """The list, with mouse and keys: Return shows, blank compares or unfolds, Del deletes."""
 
@@ -201,7 +202,6 @@ class RunList(QListView):
         self.viewport().update()
         self.compared_changed.emit([])
 
-    @guarded
     def mousePressEvent(self, event):
         """Compare by the box, or with Ctrl; else show."""
         index, left = self.indexAt(event.pos()), event.button() == Qt.LeftButton
@@ -215,7 +215,6 @@ class RunList(QListView):
         if index.isValid() and left:
             self.show_asked.emit(self.runs.entries[index.row()].path)
 
-    @guarded
     def keyPressEvent(self, event):
         """Show, compare or delete the current run."""
         path = self.current_path()
@@ -231,7 +230,6 @@ class RunList(QListView):
         else:
             super().keyPressEvent(event)
 
-    @guarded
     def focusInEvent(self, event):
         """Highlight by Tab the row that keys act on; of itself the list would make one current unseen."""
         super().focusInEvent(event)
@@ -250,18 +248,15 @@ class RunList(QListView):
         elif entry.sweep is not None and folded == (entry.path in self.runs.unfolded):
             self.toggle(row)
 
-    @guarded
     def dragEnterEvent(self, event):
         """Take files and folders."""
         if event.mimeData().hasUrls():
             event.acceptProposedAction()
 
-    @guarded
     def dragMoveEvent(self, event):
         """Take files and folders."""
         event.acceptProposedAction()
 
-    @guarded
     def dropEvent(self, event):
         """Add what was dropped."""
         paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]

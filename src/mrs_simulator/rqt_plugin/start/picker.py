@@ -86,6 +86,7 @@ class CardRow(QStyledItemDelegate):
         painter.drawText(rest, Qt.AlignLeft | Qt.TextWordWrap, card.wrong or card.theorem)
 
 
+@guarded
 class ScenarioPicker(QDialog):
     """Offers recent and shipped scenarios; it holds up no other window."""
 
@@ -169,7 +170,6 @@ class ScenarioPicker(QDialog):
         if self.list.count() == 1:
             self.list.setCurrentRow(0)
 
-    @guarded
     def _on_find(self, text):
         items = [self.list.item(row) for row in range(self.list.count())]
         for item in items:
@@ -178,18 +178,15 @@ class ScenarioPicker(QDialog):
         if shown and self.list.currentItem() not in shown:
             self.list.setCurrentItem(shown[0])
 
-    @guarded
     def _on_item(self, item):
         if item is not None and not item.isHidden() and not item.data(CARD)[0].wrong:
             self.close()
             self.chosen.emit(item.data(CARD)[0].path)
 
-    @guarded
     def _on_browse(self, *_):
         self.close()
         self.browse_asked.emit()
 
-    @guarded
     def hideEvent(self, event):
         """Make no more cards, and go."""
         super().hideEvent(event)

@@ -16,6 +16,7 @@ RING = "QFrame#ring {{ border: 2px solid {}; border-radius: 4px; background: tra
 NOTE = "QFrame#note {{ border: 2px solid {}; border-radius: 4px; background: palette(base); }}"
 
 
+@guarded
 class Tour(QFrame):
     """One note over the window at a time; it takes no mouse or keys but on itself."""
 
@@ -96,7 +97,6 @@ class Tour(QFrame):
         self.move(left, max(room.top(), top))
         self.raise_()
 
-    @guarded
     def _on_next(self, *_):
         if self._step + 1 == len(self._steps):
             self._on_close()
@@ -104,7 +104,6 @@ class Tour(QFrame):
             self._step += 1
             self._show()
 
-    @guarded
     def _on_close(self, *_):
         self._follow(None)
         self.hide()

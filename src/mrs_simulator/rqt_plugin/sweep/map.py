@@ -28,6 +28,7 @@ LEAST = 12, 9  # [lines of text] least width and height
 ARROWS = {Qt.Key_Left: (0, -1), Qt.Key_Right: (0, 1), Qt.Key_Up: (1, 0), Qt.Key_Down: (-1, 0)}
 
 
+@guarded
 class SweepMap(QWidget):
     """Paints ``SweepCells``; a click on a cell asks for its run."""
 
@@ -93,7 +94,6 @@ class SweepMap(QWidget):
 
     # Mouse and keys ------------------------------------------------------------------------------
 
-    @guarded
     def mouseMoveEvent(self, event):
         """Tell of the cell under the mouse."""
         place = self._cell_at(event.pos())
@@ -102,14 +102,12 @@ class SweepMap(QWidget):
             self.update()
         QToolTip.showText(event.globalPos(), self.text_of(place) if place else "", self)
 
-    @guarded
     def leaveEvent(self, event):
         """Mark no cell any longer."""
         self._hovered = None
         self.update()
         super().leaveEvent(event)
 
-    @guarded
     def mousePressEvent(self, event):
         """Ask for the run of the cell under the mouse."""
         place = self._cell_at(event.pos()) if event.button() == Qt.LeftButton else None
@@ -117,7 +115,6 @@ class SweepMap(QWidget):
             self._choose(place)
             self.ask(place)
 
-    @guarded
     def keyPressEvent(self, event):
         """Go from cell to cell by arrows; Return asks for the run."""
         if self.cells is None or event.key() not in (*ARROWS, Qt.Key_Return, Qt.Key_Enter):
@@ -169,7 +166,6 @@ class SweepMap(QWidget):
 
     # Painting ------------------------------------------------------------------------------------
 
-    @guarded
     def paintEvent(self, _):
         """Paint all of it."""
         painter = QPainter(self)

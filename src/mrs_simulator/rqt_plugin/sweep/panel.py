@@ -30,6 +30,7 @@ BEFORE = (
 )
 
 
+@guarded
 class AxisForm:
     """Parameter, range and number of cells of one axis, in rows of a grid."""
 
@@ -80,7 +81,6 @@ class AxisForm:
         self.name.setCurrentText(name)
         self._on_name()
 
-    @guarded
     def _on_name(self, *_):
         if self.name.currentText() != self._chosen:
             self._suggest()
@@ -111,6 +111,7 @@ class AxisForm:
             widget.setEnabled(on)
 
 
+@guarded
 class SweepPanel(QWidget):
     """Asks for sweeps, and shows their ``SweepCells``."""
 
@@ -189,6 +190,5 @@ class SweepPanel(QWidget):
         while self.quantity.count() > 1:
             self.quantity.removeItem(1)
 
-    @guarded
     def _on_quantity(self, *_):
         self.map.show_cells(self.map.cells, self.quantity.currentText())

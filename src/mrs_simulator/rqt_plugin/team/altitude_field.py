@@ -13,6 +13,7 @@ TIP = (
 )
 
 
+@guarded
 class AltitudeField(PointSpinBox):
     """A height [m], or a text where heights differ."""
 
@@ -37,12 +38,10 @@ class AltitudeField(PointSpinBox):
         self.setValue(float(heights[0]) if one else SEVERAL)
         self.blockSignals(blocked)
 
-    @guarded
     def wheelEvent(self, event):
         """Leave the wheel to the scroll area around."""
         event.ignore()
 
-    @guarded
     def _on_changed(self, *_):
         if self.value() >= 0.0:
             self.chosen.emit(self.value())

@@ -12,6 +12,7 @@ ORDER = ("line", "circle", "grid", "random")
 SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")
 
 
+@guarded
 class LayoutBox(QGroupBox):
     """Offers layouts; ``chosen`` emits the poses (n, 3) [m, m, rad] of one, ``refused`` an error."""
 
@@ -40,7 +41,6 @@ class LayoutBox(QGroupBox):
         column.addWidget(self.form)
         self._on_name()
 
-    @guarded
     def _on_name(self, *_):
         name = self.names.currentText()
         self._values.update(self.form.values())
@@ -50,12 +50,10 @@ class LayoutBox(QGroupBox):
 
         self._another.setVisible(name == "random")
 
-    @guarded
     def _on_apply(self, *_):
         if self.form.finish():
             self._apply_layout()
 
-    @guarded
     def _on_another(self, *_):
         if self.form.finish():
             self._values.update(self.form.values())

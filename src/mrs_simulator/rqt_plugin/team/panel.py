@@ -37,6 +37,7 @@ ROOM = (20.0, 2.5)  # [m] side of the square for new robots: at least, and times
 MOST_PAIRS = 3  # named in the line below the table
 
 
+@guarded
 class TeamPanel(QWidget):
     """Number of robots, their initial poses, and ready-made layouts."""
 
@@ -192,14 +193,12 @@ class TeamPanel(QWidget):
         finally:
             self._selects = False
 
-    @guarded
     def _on_selection(self, *_):
         self._show_kind()
         rows = self.table.selectionModel().selectedRows()
         if len(rows) == 1 and not self._selects:
             self.robot_chosen.emit(rows[0].row() + 1)
 
-    @guarded
     def _on_kind(self, index):
         chosen, kinds = self.kind.itemData(index), list(self.kinds())
         if chosen:
@@ -207,7 +206,6 @@ class TeamPanel(QWidget):
                 kinds[row] = chosen
             self._change(self.poses(), kinds, self._heights)
 
-    @guarded
     def _on_altitude(self, height):
         heights = self._heights.copy()
         heights[self._group_rows()] = height
@@ -298,7 +296,6 @@ class TeamPanel(QWidget):
         refusal, self._refusal = self._refusal, ""
         return refusal
 
-    @guarded
     def _on_number(self, n):
         try:
             self._change(*self._resized(n))
@@ -306,18 +303,15 @@ class TeamPanel(QWidget):
             self.set_team(self.poses(), self.kinds(), self._heights)
             self._refuse(str(error))
 
-    @guarded
     def _on_edited(self):
         self.set_team(self.poses(), self.kinds(), self._heights)
         self.team_changed.emit()
 
-    @guarded
     def _on_arranged(self, arrangement):
         poses, rows = self.poses(), self._group_rows()
         poses[rows] = arrangement(poses[rows])
         self._change(poses, self.kinds())
 
-    @guarded
     def _on_pasted(self, text):
         row = max(0, self.table.currentIndex().row())
         try:
@@ -343,16 +337,13 @@ class TeamPanel(QWidget):
         kinds = self.kinds()
         return poses, kinds + (kinds[-1] if kinds else vehicles.KINDS[0],) * (len(poses) - n)
 
-    @guarded
     def _on_layout(self, poses):
         self._change(poses, self.kinds())
         self.arranged.emit()
 
-    @guarded
     def _on_open(self, *_):
         self.open_requested.emit()
 
-    @guarded
     def _on_save(self, *_):
         self.save_requested.emit()
 

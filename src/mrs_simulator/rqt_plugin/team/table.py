@@ -43,6 +43,7 @@ class KindDelegate(QStyledItemDelegate):
         model.setData(index, editor.currentData())
 
 
+@guarded
 class TeamTable(QTableView):
     """The table, with copying and pasting of robots."""
 
@@ -73,7 +74,6 @@ class TeamTable(QTableView):
         for changed in (model.modelReset, model.rowsInserted, model.rowsRemoved):
             changed.connect(self.fit_columns)
 
-    @guarded
     def _on_data(self, *_):
         self._rest.start()
 
@@ -85,13 +85,11 @@ class TeamTable(QTableView):
         for column, width in enumerate(found):
             self.setColumnWidth(column, width)
 
-    @guarded
     def resizeEvent(self, event):
         """Let the columns share the new width."""
         super().resizeEvent(event)
         self.fit_columns()
 
-    @guarded
     def changeEvent(self, event):
         """Let the columns follow the font."""
         super().changeEvent(event)
@@ -118,7 +116,6 @@ class TeamTable(QTableView):
         finally:
             self.setTabKeyNavigation(True)
 
-    @guarded
     def contextMenuEvent(self, event):
         """Offer what can be done with the robots selected."""
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
@@ -136,7 +133,6 @@ class TeamTable(QTableView):
             entry.triggered.connect(guarded(lambda *_, do=arrangement: self.arranged.emit(do)))
         menu.popup(event.globalPos())
 
-    @guarded
     def keyPressEvent(self, event):
         """Copy and paste."""
         if event.matches(QKeySequence.Copy):

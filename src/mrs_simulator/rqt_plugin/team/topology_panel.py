@@ -35,6 +35,7 @@ MADE = PRESETS + tuple(AMOUNTS)
 COLUMNS = ("robot", "neighbour", "weight")
 
 
+@guarded
 class TopologyPanel(QWidget):
     """A table of edges, presets, and lambda_2 with what follows from it, updated while editing."""
 
@@ -157,7 +158,6 @@ class TopologyPanel(QWidget):
 
     # What a person does --------------------------------------------------------------------------
 
-    @guarded
     def _on_preset(self, name):
         self.seed.setVisible(name in SEEDED)
         self.amount.setVisible(name in AMOUNTS)
@@ -168,7 +168,6 @@ class TopologyPanel(QWidget):
             self.amount.setValue(value)
             self.amount.setToolTip(tip)
 
-    @guarded
     def _on_make(self, *_):
         try:
             made = self._made(self.preset.currentText())
@@ -190,7 +189,6 @@ class TopologyPanel(QWidget):
             return Topology.k_nearest(self._points, int(amount), self._directed)
         return Topology.preset(name, self._n)
 
-    @guarded
     def _on_directed(self, directed):
         if not self._filling:
             edges = self._edges
@@ -198,16 +196,13 @@ class TopologyPanel(QWidget):
                 edges = [e for e in edges if e[0] < e[1] or (e[1], e[0]) not in _pairs(edges)]
             self._change(edges, directed)
 
-    @guarded
     def _on_remove(self, *_):
         rows = {index.row() for index in self.table.selectedIndexes()}
         self._change([edge for row, edge in enumerate(self._edges) if row not in rows])
 
-    @guarded
     def _on_clear(self, *_):
         self._change([])
 
-    @guarded
     def _on_cell(self, row, column):
         if self._filling:
             return

@@ -48,6 +48,7 @@ MOST_GAPS = 12
 REQUIREMENT = "requirement"
 
 
+@guarded
 class VerdictPanel(QWidget):
     """Shows what ``verdict.json`` holds, or how claims stand in a run that goes on."""
 
@@ -79,7 +80,6 @@ class VerdictPanel(QWidget):
         for chosen in (self.table.cellClicked, self.table.cellActivated):
             chosen.connect(self._on_row)
 
-    @guarded
     def _on_row(self, row, _):
         self.row_chosen.emit(self._checks[row])
 

@@ -16,6 +16,7 @@ ROWS = 3  # [-] that there is room for, if anyhow
 WIDEST = 0.3  # [-] of the table's width that a column takes at most by itself
 
 
+@guarded
 class ResultsTable(QTableWidget):
     """Rows of texts; a cell may be tinted, and a row has a tooltip."""
 
@@ -111,7 +112,6 @@ class ResultsTable(QTableWidget):
         chosen = sorted({index.row() for index in self.selectedIndexes()})
         QApplication.clipboard().setText(self.as_tsv(chosen or None))
 
-    @guarded
     def keyPressEvent(self, event):
         """Copy."""
         if event.matches(QKeySequence.Copy):
@@ -119,14 +119,12 @@ class ResultsTable(QTableWidget):
         else:
             super().keyPressEvent(event)
 
-    @guarded
     def changeEvent(self, event):
         """Take the colours that suit the new theme."""
         super().changeEvent(event)
         if event.type() == QEvent.PaletteChange:
             self._paint_tints()
 
-    @guarded
     def resizeEvent(self, event):
         """Let the columns share the new width."""
         super().resizeEvent(event)

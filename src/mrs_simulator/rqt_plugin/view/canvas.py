@@ -29,6 +29,7 @@ TOO_FAR = 0.55  # [-] of its distance: a camera that could be so near to the tea
 ROOM = 1.25  # [-] of the distance from which the team is just in view, once a robot has left
 
 
+@guarded
 class Canvas(QWidget):
     """Paints a ``Scene`` as its ``camera`` has it."""
 
@@ -147,7 +148,6 @@ class Canvas(QWidget):
         low = np.maximum(rim, (0.0, NUMBER))
         return bool(((at >= low) & (at <= size - rim)).all())
 
-    @guarded
     def paintEvent(self, _):
         """Paint the scene, or a text where there is none."""
         begun, painter = time.process_time(), QPainter(self)
@@ -182,19 +182,16 @@ class Canvas(QWidget):
         painter.drawImage(self.rect(), image)
         paint(painter, drawn_signs(*seen), self._plates)
 
-    @guarded
     def resizeEvent(self, event):
         """Keep an untouched team in view."""
         super().resizeEvent(event)
         if self._untouched and not self._followed:
             self._frame(self.scene)
 
-    @guarded
     def mousePressEvent(self, event):
         """Begin to orbit or pan."""
         self._last = self._pressed = event.pos()
 
-    @guarded
     def mouseMoveEvent(self, event):
         """Orbit, or pan with Shift or a button other than the left one."""
         if self._last is None:
@@ -207,7 +204,6 @@ class Canvas(QWidget):
         self._untouched = False
         self.update()
 
-    @guarded
     def mouseReleaseEvent(self, event):
         """End the drag; of a click choose the robot there."""
         self._last, pressed = None, self._pressed
@@ -232,7 +228,6 @@ class Canvas(QWidget):
         rows = np.flatnonzero(hit)
         return int(scene.state.robots[rows[np.argmin(seen[rows, 2])]]) if len(rows) else 0
 
-    @guarded
     def wheelEvent(self, event):
         """Zoom."""
         self._untouched = False

@@ -21,6 +21,7 @@ PERIOD, BESIDE = 33, 100  # [ms] between pictures: of a view alone, and of one b
 HINT = "Drag to orbit, right button to pan, wheel to zoom"
 
 
+@guarded
 class ViewPanel(QWidget):
     """Shows what ``source()`` returns, a ``Scene``, whenever ``revision()`` has changed."""
 
@@ -58,14 +59,12 @@ class ViewPanel(QWidget):
         self.timer = QTimer(self, interval=PERIOD)
         self.timer.timeout.connect(self.refresh)
 
-    @guarded
     def showEvent(self, event):
         """Begin to poll for changes, which are not drawn while the view is hidden."""
         super().showEvent(event)
         self.timer.start()
         self.refresh()
 
-    @guarded
     def hideEvent(self, event):
         """Stop polling."""
         super().hideEvent(event)
@@ -107,21 +106,17 @@ class ViewPanel(QWidget):
         self.followed.setCurrentIndex(max(0, self.followed.findData(number)))
         self.canvas.follow(self.followed.currentData())
 
-    @guarded
     def _on_follow(self, *_):
         self.canvas.follow(self.followed.currentData())
 
-    @guarded
     def _on_fit(self, *_):
         self.followed.setCurrentIndex(0)
         self.canvas.follow(0)
         self.canvas.fit()
 
-    @guarded
     def _on_top(self, *_):
         self.canvas.look_down()
 
-    @guarded
     def keyPressEvent(self, event):
         """Fit by F, look down by T."""
         if event.key() == Qt.Key_F and not event.modifiers():

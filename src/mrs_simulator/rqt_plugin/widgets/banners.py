@@ -72,6 +72,7 @@ def _weight(strip):
     return list(KINDS).index(strip.kind)
 
 
+@guarded
 class _Strip(QFrame):
     def __init__(self, kind, buttons):
         super().__init__()
@@ -108,14 +109,12 @@ class _Strip(QFrame):
         if self.styleSheet() != sheet.format(back, front):
             self.setStyleSheet(sheet.format(back, front))
 
-    @guarded
     def changeEvent(self, event):
         """Take the colours that suit the new theme."""
         super().changeEvent(event)
         if event.type() in (QEvent.PaletteChange, QEvent.ParentChange):
             self._paint()
 
-    @guarded
     def showEvent(self, event):
         """Take the colours that suit the new background."""
         super().showEvent(event)

@@ -43,10 +43,10 @@ def number_text(value):
     return text[:-2] if text.endswith(".0") else text
 
 
+@guarded
 class _Patient:
     """Leaves the wheel to the surrounding scroll area unless it has the focus."""
 
-    @guarded
     def wheelEvent(self, event):
         """Turn the field's value, or the page."""
         if self.hasFocus():
@@ -55,6 +55,7 @@ class _Patient:
             event.ignore()
 
 
+@guarded
 class _Escapable:
     """Escape discards the text being typed; otherwise the key is passed on."""
 
@@ -65,7 +66,6 @@ class _Escapable:
             return True
         return super().event(event)
 
-    @guarded
     def keyPressEvent(self, event):
         """Discard the text, or handle the key as usual."""
         if self._escapes(event):
@@ -116,6 +116,7 @@ class PointSpinBox(QDoubleSpinBox):
         return super().valueFromText(text.replace(",", "."))
 
 
+@guarded
 class NoWheelComboBox(QComboBox):
     """A combo box that the wheel does not change, and that may be narrower than its texts."""
 
@@ -129,12 +130,10 @@ class NoWheelComboBox(QComboBox):
         """Return the least width, however long the texts are."""
         return QSize(self.minimumWidth(), super().sizeHint().height())
 
-    @guarded
     def wheelEvent(self, event):
         """Leave the wheel to the scroll area around."""
         event.ignore()
 
-    @guarded
     def paintEvent(self, _):
         """Draw a long text with dots in its middle; Qt would cut it off."""
         painter, option = QStylePainter(self), QStyleOptionComboBox()
@@ -186,6 +185,7 @@ class TextField(_Escapable, QLineEdit):
         return self.hasFocus() and self.isModified()
 
 
+@guarded
 class WholeField(_Escapable, _Patient, QDoubleSpinBox):
     """A whole number; a double's spin box, since ``QSpinBox`` ends at 32 bits."""
 
@@ -214,7 +214,6 @@ class WholeField(_Escapable, _Patient, QDoubleSpinBox):
         """Return the least width; Qt's would hold the largest number."""
         return QSize(self.minimumWidth(), super().sizeHint().height())
 
-    @guarded
     def _on_changed(self, *_):
         self.finished.emit()
 
@@ -239,6 +238,7 @@ class WholeField(_Escapable, _Patient, QDoubleSpinBox):
         return self.hasFocus() and self.lineEdit().isModified()
 
 
+@guarded
 class ChoiceField(NoWheelComboBox):
     """One of several texts."""
 
@@ -250,7 +250,6 @@ class ChoiceField(NoWheelComboBox):
         self.addItems([str(choice) for choice in choices])
         self.activated.connect(self._on_activated)
 
-    @guarded
     def _on_activated(self, *_):
         self.finished.emit()
 
@@ -270,6 +269,7 @@ class ChoiceField(NoWheelComboBox):
         return self.view().isVisible()
 
 
+@guarded
 class SwitchField(QCheckBox):
     """True or false."""
 
@@ -280,7 +280,6 @@ class SwitchField(QCheckBox):
         super().__init__()
         self.clicked.connect(self._on_clicked)
 
-    @guarded
     def _on_clicked(self, *_):
         self.finished.emit()
 

@@ -8,6 +8,7 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 
 
+@guarded
 class FileDialog(QFileDialog):
     """Asks for a file to open, or to save to, and leaves the other windows their mouse and keys.
 
@@ -46,7 +47,6 @@ class FileDialog(QFileDialog):
         else:
             super().accept()
 
-    @guarded
     def _on_selected(self, path):
         self.hide()  # what is chosen may take long, and be cancelled in the window behind
         self._chosen(path)

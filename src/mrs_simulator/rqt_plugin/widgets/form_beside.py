@@ -11,6 +11,7 @@ NARROW, LEAST = (
 )  # [lines of text] of width, below which they are stacked; of the content's height
 
 
+@guarded
 class FormBeside(QWidget):
     """Scrolls a form alone where its content is beside it, and both together where they are stacked."""
 
@@ -28,7 +29,6 @@ class FormBeside(QWidget):
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(scrolled(self.across))
 
-    @guarded
     def resizeEvent(self, event):
         """Put the form beside its content where there is room for both."""
         super().resizeEvent(event)

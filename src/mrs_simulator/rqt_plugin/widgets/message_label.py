@@ -24,6 +24,7 @@ def tint(kind, palette):
     return COLOURS[kind][palette.color(QPalette.Window).lightness() < DARK]
 
 
+@guarded
 class TintedLabel(QLabel):
     """A line of plain text in a colour that follows the theme."""
 
@@ -42,7 +43,6 @@ class TintedLabel(QLabel):
             palette.setColor(QPalette.WindowText, wanted)
             self.setPalette(palette)
 
-    @guarded
     def changeEvent(self, event):
         """Take the colour that suits the new theme."""
         super().changeEvent(event)

@@ -15,6 +15,7 @@ MOST_LINES = 500
 MOST_FAULTS = 20  # [-] kept while the GUI is busy
 
 
+@guarded
 class MessageList(QPlainTextEdit):
     """Messages with their times; ``unseen_changed`` emits the number of errors added while hidden."""
 
@@ -42,7 +43,6 @@ class MessageList(QPlainTextEdit):
             self.unseen = unseen
             self.unseen_changed.emit(unseen)
 
-    @guarded
     def showEvent(self, event):
         """Count all as seen."""
         super().showEvent(event)

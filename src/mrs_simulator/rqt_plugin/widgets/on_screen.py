@@ -7,6 +7,7 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 EVERY, LOOKS = 50, 40  # [ms] between looks for the frame, which comes late; [-] of them at most
 
 
+@guarded
 class OnScreen(QObject):
     """Shrinks and moves a window, as it is shown, that reaches beyond its screen.
 
@@ -28,7 +29,6 @@ class OnScreen(QObject):
             self.keep()
         return False
 
-    @guarded
     def _on_time(self, *_):
         self._looks -= 1
         framed = self._window.frameGeometry() != self._window.geometry()

@@ -14,6 +14,7 @@ TIP = "{}\nA click on the link opens its folder"
 LEAST = 24  # [average characters] of a path that are shown at least
 
 
+@guarded
 class SavedPlace(QLabel):
     """Names a path until the next one, or until it is cleared."""
 
@@ -50,7 +51,6 @@ class SavedPlace(QLabel):
         """Return the folder of what is named; a folder that is named is its own."""
         return self.path if os.path.isdir(self.path) else os.path.dirname(self.path)
 
-    @guarded
     def _on_link(self, _):
         if not QDesktopServices.openUrl(QUrl.fromLocalFile(self.folder())):
             self.not_opened.emit(self.folder())

@@ -4,6 +4,7 @@ from mrs_simulator.rqt_plugin.run.long_command import LongCommand
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 
+@guarded
 class CommandControl:
     """A command of the scenario as it is edited when it starts, one at a time.
 
@@ -18,7 +19,6 @@ class CommandControl:
         self._offered = None  # the scenario of which there was an offer
         panel.cancel_asked.connect(self._on_cancel)
 
-    @guarded
     def _on_cancel(self):
         self._process.cancel()
         self._panel.cancel.setEnabled(False)

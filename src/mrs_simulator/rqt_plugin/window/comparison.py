@@ -40,6 +40,7 @@ class Shown(NamedTuple):
         return len(self.runs) == len(other.runs) and all(one is two for one, two in pairs)
 
 
+@guarded
 class Comparison:
     """The runs laid over the run shown, which is the window's own or one that was opened."""
 
@@ -52,7 +53,6 @@ class Comparison:
         self._sources, self._kinds, self._own_name = [], [], ""
         panels.shelf.list.compared_changed.connect(self._on_compared)
 
-    @guarded
     def _on_compared(self, paths):
         self._paths = list(paths)
         self._loaded = {path: run for path, run in self._loaded.items() if path in paths}

@@ -44,6 +44,7 @@ DRAWING = "drawing ..."
 KINDS = "Figures (*.pdf *.png *.svg)"
 
 
+@guarded
 class Composer(QDialog):
     """Choices on the left, the figure on the right, its command below; other windows stay in use."""
 
@@ -140,7 +141,6 @@ class Composer(QDialog):
             words += ["--compare", *paths[1:], "--names", *names]
         return words + ([] if self.theory.isChecked() else ["--no-theory"])
 
-    @guarded
     def _on_choice(self, *_):
         words = self.arguments("figure.pdf")
         self.command.setText(" ".join(map(shlex.quote, ["mrs-simulator", "figure", *words])))
@@ -163,7 +163,6 @@ class Composer(QDialog):
             raise ValueError(output.strip() or "ended with exit code {}".format(code))
         return words[words.index("--out") + 1]
 
-    @guarded
     def _on_timer(self):
         answer = self._worker.take()
         if answer is None:
@@ -188,17 +187,14 @@ class Composer(QDialog):
             shown.setDevicePixelRatio(ratio)
             self.preview.setPixmap(shown)
 
-    @guarded
     def resizeEvent(self, event):
         """Show the figure in its new size."""
         super().resizeEvent(event)
         self._show_picture()
 
-    @guarded
     def _on_copy(self, *_):
         QApplication.clipboard().setText(self.command.text())
 
-    @guarded
     def _on_save(self, *_):
         def chosen(path):
             words = self.arguments(path)

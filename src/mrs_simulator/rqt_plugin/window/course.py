@@ -7,6 +7,7 @@ from mrs_simulator.rqt_plugin.run.run_judge import RunJudge
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 
+@guarded
 class Course:
     """Keeps the tab *Verdict* up to date; what the user saves or opens is shown there as before."""
 
@@ -17,7 +18,6 @@ class Course:
         self._judge, self._cleared = RunJudge(study, history), history.cleared
         panels.verdict.headline_changed.connect(self._on_headline)
 
-    @guarded
     def _on_headline(self, text):
         """Say on the tab how the run stands, whichever tab is in front."""
         tabs, panel = self._panels.results_tabs, self._panels.verdict

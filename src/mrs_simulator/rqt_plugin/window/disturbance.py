@@ -6,6 +6,7 @@ MODE = "push"  # of the map
 TOGETHER = 1.0  # [s] between two pushes of one robot that are told of once
 
 
+@guarded
 class Disturbance:
     """Has the simulation hold the robot that is dragged, until it is let go or the mode ends."""
 
@@ -14,12 +15,10 @@ class Disturbance:
         panels.map.robot_held.connect(self._on_held)
         panels.modes[MODE].toggled.connect(self._on_mode)
 
-    @guarded
     def _on_held(self, number, place):
         (self._held.discard if place is None else self._held.add)(number)
         self._connection.hold(number, place)
 
-    @guarded
     def _on_mode(self, _on):
         for number in sorted(self._held):
             self._connection.hold(number, None)

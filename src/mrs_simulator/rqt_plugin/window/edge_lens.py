@@ -10,6 +10,7 @@ REST = 0.1  # [s] that the mouse rests on an edge until theory is asked
 NOTHING = "\u2013"
 
 
+@guarded
 class EdgeLens:
     """Shows at an edge of the map the connectivity and the settling time without it."""
 
@@ -19,7 +20,6 @@ class EdgeLens:
         self._now = None  # the graph of the opened run with that edge, None for the edited one
         panels.map.edge_hovered.connect(self._on_hover)
 
-    @guarded
     def _on_hover(self, edge):
         self._topology, self._answer = None, None
         scenario = self._of_opened() if edge else None

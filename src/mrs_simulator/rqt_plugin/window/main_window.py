@@ -24,6 +24,7 @@ KEPT = ("programs", *LAYOUT)  # of the settings, whatever is opened
 SIZE = (1280, 740)  # [px] of the window at first
 
 
+@guarded
 class Window(QMainWindow):
     """The study widget with a frame, and settings that survive a restart."""
 
@@ -38,7 +39,6 @@ class Window(QMainWindow):
             self.restoreGeometry(geometry)
         OnScreen(self).keep()  # the emergency stop is on it
 
-    @guarded
     def closeEvent(self, event):
         """Keep the settings, end what was started here."""
         self._settings.setValue("geometry", self.saveGeometry())

@@ -5,6 +5,7 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
 
+@guarded
 class ObstacleEditing:
     """The obstacles in force, and edits of them."""
 
@@ -37,12 +38,10 @@ class ObstacleEditing:
         self._panels.say(self._study.control.follow_obstacles())
         return True
 
-    @guarded
     def _on_edited(self, obstacles):
         if self._take(obstacles):
             self.show()
             self._changed()
 
-    @guarded
     def _on_refused(self, text):
         self._panels.say(ErrorMessage(text))

@@ -6,6 +6,7 @@ NARROW = 40  # [lines of text] of width, below which there is one column
 LEAST_RESULTS = 6  # [lines of text] of height that is left below the map
 
 
+@guarded
 class OneColumn:
     """Moves the settings among the results, below the map, while the window is narrow."""
 
@@ -24,7 +25,6 @@ class OneColumn:
         """Return whether ``page`` is one of the settings."""
         return any(page is each for each, _ in self._pages)
 
-    @guarded
     def _on_moved(self, *_):
         self._is_chosen = True
 

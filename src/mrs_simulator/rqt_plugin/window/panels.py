@@ -45,6 +45,7 @@ GAP = 16  # [px] between parts of the status line
 STATUS = ("master", "stage", "controller", "robots", "time")
 
 
+@guarded
 class StudyPanels(QWidget):
     """Run bar on top, settings on the left, map above results on the right, status below.
 
@@ -81,13 +82,11 @@ class StudyPanels(QWidget):
         self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right, self.map_panel)
         self.beside = SideBySide(self.view, self.results_tabs, self.views)
 
-    @guarded
     def resizeEvent(self, event):
         """Put the settings beside the map where there is room for both."""
         super().resizeEvent(event)
         self._fit()
 
-    @guarded
     def showEvent(self, event):
         """Share the room between map and results, whose sizes are known from now on."""
         super().showEvent(event)
@@ -159,7 +158,6 @@ class StudyPanels(QWidget):
         self.results_tabs.setMovable(True)
         return self.results_tabs
 
-    @guarded
     def _on_follow(self, number):
         self.bring_forward(self.view.objectName())
         self.view.follow(number)
@@ -188,7 +186,6 @@ class StudyPanels(QWidget):
         )
         self.saved.name(path, self.width() - taken - 2 * GAP)
 
-    @guarded
     def _on_not_opened(self, folder):
         self.say(ErrorMessage("no program opens folders here: {}".format(folder)))
 
@@ -242,7 +239,6 @@ class StudyPanels(QWidget):
         """Take the newest error off the message bar."""
         self.banners.clear("error")
 
-    @guarded
     def _on_unseen(self, count):
         title = "Messages ({})".format(count) if count else "Messages"
         self.results_tabs.setTabText(self.results_tabs.indexOf(self.messages), title)

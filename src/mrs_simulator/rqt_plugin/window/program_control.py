@@ -4,6 +4,7 @@ from mrs_simulator.rqt_plugin.run.programs import Programs
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 
+@guarded
 class ProgramControl:
     """Passes requests of the panel to the programs, and shows their states while visible."""
 
@@ -12,7 +13,6 @@ class ProgramControl:
         panels.programs.asked.connect(self._on_asked)
         panels.programs.added.connect(self._on_added)
 
-    @guarded
     def _on_asked(self, action, name):
         self._panels.close_error()  # that of what was done before
         if action == "remove":
@@ -23,7 +23,6 @@ class ProgramControl:
             self._panels.say(getattr(self.programs, action)(name))
         self.show()
 
-    @guarded
     def _on_added(self, command):
         known = {program.name for program in self.programs.all()}
         if self._panels.say(self.programs.add(command)):

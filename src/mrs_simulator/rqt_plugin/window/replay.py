@@ -13,6 +13,7 @@ from mrs_simulator.rqt_plugin.window.past_law import PastLaw
 MOST_PASSED = 400  # [-] samples through which trails lead
 
 
+@guarded
 class Replay:
     """Keeps map and curves at the moment of its ``cursor``; the simulation goes on meanwhile."""
 
@@ -52,11 +53,9 @@ class Replay:
         """Return whether the map shows a moment of the ``cursor``."""
         return self._shown is not None
 
-    @guarded
     def _on_time(self, moment):
         self.cursor.go(moment)
 
-    @guarded
     def _on_check(self, check):
         """Go to the moment, and choose the robot, on which a check of the verdict hung."""
         moment, robot = self._decided(check)

@@ -8,6 +8,7 @@ from mrs_simulator.rqt_plugin.window.obstacle_editing import ObstacleEditing
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
 
+@guarded
 class ScenarioEditing:
     """Shows the study's scenario, and applies the user's edits of team, protocol and graph."""
 
@@ -107,23 +108,19 @@ class ScenarioEditing:
 
     # Team ----------------------------------------------------------------------------------------
 
-    @guarded
     def _on_arranged(self, *_):
         self._panels.map.fit()
 
-    @guarded
     def _on_team(self):
         self._change_team()
         scenario = self._study.scenario
         self._panels.map.show_team(scenario.poses, scenario.altitude)
         self._show_kinds()
 
-    @guarded
     def _on_pose(self, number, x, y, theta):
         self._panels.team.set_pose(number, x, y, theta)
         self._change_team()
 
-    @guarded
     def _on_poses(self, poses):
         self._panels.team.set_poses(poses)
         self._change_team()
@@ -144,12 +141,10 @@ class ScenarioEditing:
 
     # Undo ----------------------------------------------------------------------------------------
 
-    @guarded
     def _on_undo(self):
         undo = self._study.edited.undo
         self._exchange(undo.done, undo.undone)
 
-    @guarded
     def _on_redo(self):
         undo = self._study.edited.undo
         self._exchange(undo.undone, undo.done)
@@ -195,7 +190,6 @@ class ScenarioEditing:
 
     # Protocol, graph and duration ----------------------------------------------------------------
 
-    @guarded
     def _on_protocol(self, name):
         if self._panels.say(self._study.edited.set_protocol(name)):
             self._panels.protocol.set_protocol(self._study.scenario.control.protocol)
@@ -203,14 +197,12 @@ class ScenarioEditing:
         self._panels.say(self._study.control.follow_protocol())
         self._show_protocol()
 
-    @guarded
     def _on_parameters(self, values):
         if self._panels.say(self._study.edited.set_parameters(values)):
             self._show_protocol()
         else:
             self._show_derived()
 
-    @guarded
     def _on_safety(self, on):
         wrong = self._panels.say(self._study.edited.set_safety(on))
         if not wrong and self._study.state.has_control():
@@ -219,14 +211,12 @@ class ScenarioEditing:
             )
         self._show_protocol()
 
-    @guarded
     def _on_topology(self, edges, directed):
         refused = self._panels.say(self._study.edited.set_topology(edges, directed))
         if not refused and self._study.state.has_control():
             self._graph.asked(edges, directed)
         self._show_protocol()
 
-    @guarded
     def _on_duration(self, duration):
         wrong = self._study.edited.set_duration(duration)
         if wrong:
@@ -235,15 +225,12 @@ class ScenarioEditing:
             self._panels.bar.show_duration(self._study.scenario.duration)
             self._show_derived()
 
-    @guarded
     def _on_no_duration(self, why):
         self._panels.say(ErrorMessage(why))
 
-    @guarded
     def _on_edge_added(self, i, j):
         self._panels.topology.add_edge(i, j)
 
-    @guarded
     def _on_edge_removed(self, i, j):
         self._panels.topology.remove_edge(i, j)
 

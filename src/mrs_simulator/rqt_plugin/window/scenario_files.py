@@ -14,6 +14,7 @@ SCENARIOS = "Scenarios (*.yaml *.yml)"
 PROTOCOLS = "Python files (*.py)"
 
 
+@guarded
 class ScenarioFiles:
     """Asks for files, one dialog at a time, beginning where the last one was."""
 
@@ -110,7 +111,6 @@ class ScenarioFiles:
         """Ask where to save the scenario."""
         self.ask("Save scenario", "scenario.yaml", SCENARIOS, self.save, saves=True)
 
-    @guarded
     def _on_protocol_file(self, directory):
         take_file = self._panels.protocol.take_file
         self.ask("Open a protocol", directory, PROTOCOLS, take_file)

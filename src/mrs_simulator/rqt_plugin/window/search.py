@@ -21,6 +21,7 @@ WORDS = {BREAK: "Searching", ASSURE: "Drawing", MARGINS: "Measuring margins"}
 SHRINKING = "runs; it is shrunk"  # printed once a counterexample was found
 
 
+@guarded
 class SearchControl(CommandControl):
     """One search at a time, of the scenario as it is edited when it starts."""
 
@@ -41,7 +42,6 @@ class SearchControl(CommandControl):
 
     # Starting ------------------------------------------------------------------------------------
 
-    @guarded
     def _on_asked(self, command):
         panel, errors, words = self._panel, {}, []
         panel.runs.interpretText()
@@ -137,11 +137,9 @@ class SearchControl(CommandControl):
         said = folder if self._command == MARGINS else self.result.text.partition("\n")[0]
         self._panels.say("{}: {}".format(self._command, said))
 
-    @guarded
     def _on_run(self):
         self._goes_to = self.result.run, self.result.moment
         self._shelf.open(self.result.run)
 
-    @guarded
     def _on_scenario(self):
         self._files.open_unless_controlled(self.result.scenario)

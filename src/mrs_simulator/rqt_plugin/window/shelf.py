@@ -16,6 +16,7 @@ GONE = "the shelf holds {:g} GB at most: {} old {} made room: {}"
 MOST_NAMED = 5
 
 
+@guarded
 class ShelfControl:
     """Keeps the list of runs up to date, and marks, deletes and adds runs."""
 
@@ -110,7 +111,6 @@ class ShelfControl:
             self._chosen = path
             self._on_show(path)
 
-    @guarded
     def _on_show(self, path):
         if is_sweep(path) and not is_run(path):
             self._sweeps.open(path)
@@ -119,7 +119,6 @@ class ShelfControl:
         else:
             self._opened.open(path)
 
-    @guarded
     def _on_scenario(self, path):
         self._files.open_unless_controlled(os.path.join(path, SCENARIO_FILE))
 
@@ -129,11 +128,9 @@ class ShelfControl:
         if self._do(self._shelf.add, folder) is not None and original not in ("", folder):
             self._do(self._shelf.note_copy, folder, original)
 
-    @guarded
     def _on_mark(self, path, marks):
         self._do(self._shelf.mark, path, **marks)
 
-    @guarded
     def _on_delete(self, path):
         deleted = self._do(self._shelf.delete, path)
         if deleted is not None:
@@ -142,13 +139,11 @@ class ShelfControl:
             kept = "" if deleted[1] else "; its files stay"
             self._panels.say("{} is off the list{}".format(os.path.basename(path), kept))
 
-    @guarded
     def _on_undo(self):
         if self._deleted and self._do(self._shelf.restore, self._deleted[-1]) is not None:
             self._deleted.pop()
         self._panels.shelf.offer_undo(bool(self._deleted))
 
-    @guarded
     def _on_dropped(self, paths):
         for path in paths:
             added = self._do(self._shelf.add, path)
@@ -156,7 +151,6 @@ class ShelfControl:
                 self._chosen = added
                 self._on_show(added)
 
-    @guarded
     def _on_add(self, name):
         if name == "run":
             self._files.ask("Add a run", "", RUNS, lambda path: self._on_dropped([path]))
@@ -170,12 +164,10 @@ class ShelfControl:
     def _keep_in(self, path):
         self._do(self._shelf.keep_in, path)
 
-    @guarded
     def _on_unwatch(self, path):
         watched = [each for each in self._shelf.settings()["watched"] if each != path]
         self._do(self._shelf.change, watched=watched)
 
-    @guarded
     def _on_size(self, size):
         self._do(self._shelf.change, most_bytes=int(size))
 

@@ -7,6 +7,7 @@ WIDE_TEXT = 68  # [lines of text], the same with large fonts
 TITLE = "3D view"
 
 
+@guarded
 class SideBySide:
     """Moves the view between a tab and the right end of the map's splitter."""
 
@@ -19,7 +20,6 @@ class SideBySide:
         splitter.setChildrenCollapsible(False)
         view.beside.toggled.connect(self._on_wanted)
 
-    @guarded
     def _on_wanted(self, *_):
         self._arrange()
 

@@ -12,6 +12,7 @@ SCENARIOS, PROTOCOLS, RUNS = (".yaml", ".yml"), (".py",), (".csv", ".bag")
 WRONG = "{}: wanted a scenario (.yaml, .yml), a protocol (.py), a run or a sweep"
 
 
+@guarded
 class Start(QObject):
     """Opens picker and tour, and what is dropped."""
 
@@ -45,7 +46,6 @@ class Start(QObject):
         self.picker.finished.connect(self._on_picker_closed)
         self.picker.show()
 
-    @guarded
     def _on_picker_closed(self, *_):
         self.picker = None
 
@@ -59,7 +59,6 @@ class Start(QObject):
         self.tour = Tour(self._panels, steps_of(self._panels))
         self.tour.ended.connect(self._on_tour_ended)
 
-    @guarded
     def _on_tour_ended(self):
         self.tour = None
         self._panels.map.setFocus()  # else the window's keys would sleep until a click

@@ -23,6 +23,7 @@ FOLDER = "in {}"
 COMBINATION = re.compile("^.* with (?:[^ =]+=[^ ]+ ?)+: ")  # of values, which a refusal begins with
 
 
+@guarded
 class SweepControl(CommandControl):
     """One sweep at a time, of the scenario as it is edited when it starts."""
 
@@ -43,7 +44,6 @@ class SweepControl(CommandControl):
         derived = self._study.edited.derived
         return swept_keys(self._study.scenario, derived.parameters, derived.values)
 
-    @guarded
     def _on_start(self):
         panel, keys = self._panel, self._keys()
         read = [read_texts(axis.texts(), keys) for axis in panel.axes]
@@ -182,7 +182,6 @@ class SweepControl(CommandControl):
         panel.note.say("" if len(named) == 1 else why, "error")
         panel.place.say("")
 
-    @guarded
     def _on_cell(self, run):
         self._opened.open(os.path.join(self.directory, run))
 

@@ -33,6 +33,7 @@ class Subject(NamedTuple):
     pose: Any  # (n, 3) of then
 
 
+@guarded
 class WhatIf:
     """Asks how the run goes on, in a process apart, and draws it as ghosts."""
 
@@ -52,7 +53,6 @@ class WhatIf:
 
     # What is otherwise ---------------------------------------------------------------------------
 
-    @guarded
     def _on_mode(self, on):
         if on:
             run, facts = self._opened.run, self._study.edited.derived
@@ -61,20 +61,17 @@ class WhatIf:
             self._panels.map_panel.ahead.set_gains(*given)
         self.clear()
 
-    @guarded
     def _on_moved(self, number, x, y):
         subject = self._begin()
         if subject is not None and 0 < number <= len(subject.pose):
             self._moved[number - 1] = (x, y)
             self._ask()
 
-    @guarded
     def _on_gain(self, name, value):
         if self._begin() is not None:
             self._gains[name] = value
             self._ask()
 
-    @guarded
     def _on_cut(self, edge):
         """Leave out the edge clicked, or take it in again."""
         if self._begin() is not None:
@@ -222,7 +219,6 @@ class WhatIf:
 
     # Keeping -------------------------------------------------------------------------------------
 
-    @guarded
     def _on_keep(self):
         subject, edit = self._subject, self._edit()
         path = self._study.shelf.new_directory("{} what if".format(subject.scenario.title or "run"))

@@ -10,11 +10,13 @@ import os
 import threading
 
 import matplotlib
+import numpy as np
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mrs_simulator.core.writing import write_bytes
+from mrs_simulator.study.draw.png import png
 from mrs_simulator.study.draw.style import WIDTHS
 
 # Saved files carry no date, so that the same run gives the same bytes.
@@ -140,7 +142,12 @@ def print_settled(figure, image, kind, metadata=None):
     try:
         figure.dpi = matplotlib.rcParams["savefig.dpi"]
         printing = get_registered_canvas_class(kind)(figure)
-        getattr(printing, "print_" + kind)(image, metadata=metadata or METADATA.get(kind))
+        metadata = metadata or METADATA.get(kind)
+        if kind == "png":
+            printing.draw()
+            image.write(png(np.asarray(printing.buffer_rgba()), figure.dpi, metadata))
+        else:
+            getattr(printing, "print_" + kind)(image, metadata=metadata)
     finally:
         figure.dpi = dpi
         figure.set_canvas(canvas)

@@ -148,6 +148,10 @@ def _draw_all(pipes, drawings, formats):
     """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
     gc.disable()  # it would look through all of matplotlib again and again, a fourth of the time
 
+    from matplotlib import artist
+
+    artist.kwdoc = lambda _: ""  # texts of help, a third of what matplotlib takes to load
+
     from mrs_simulator.study.draw.figures import warm_up
 
     warm_up(formats)

@@ -3,10 +3,12 @@
 import contextlib
 import csv
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -469,6 +471,36 @@ def test_processes_stay_from_batch_to_batch_and_are_made_anew_at_times(monkeypat
         third = dict(cores.run(run_of, [(os.getpid,)]))[0]
         monkeypatch.setattr(workers, "RENEWED", 1)
         assert len({first, third, dict(cores.run(run_of, [(os.getpid,)]))[0]}) == 3
+
+
+def goes_on_after_an_interruption():
+    os.kill(os.getpid(), signal.SIGINT)
+    return "went on"
+
+
+def interrupts_its_parent_and_waits(place):
+    while not (place / "beside").exists():
+        time.sleep(0.01)
+    os.kill(os.getppid(), signal.SIGINT)
+    signal.pause()
+
+
+def waits(place):
+    (place / "beside").touch()
+    while True:
+        signal.pause()
+
+
+def test_an_interruption_is_heeded_by_the_one_that_waits_and_ends_the_others_at_once(tmp_path):
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert dict(on_cores(run_of, [(goes_on_after_an_interruption,)], 1)) == {0: "went on"}
+        tasks = [(waits, tmp_path), (interrupts_its_parent_and_waits, tmp_path)]
+        with pytest.raises(KeyboardInterrupt):
+            dict(on_cores(run_of, tasks, 2))
+        assert not multiprocessing.active_children()
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 @pytest.mark.usefixtures("undrawn")

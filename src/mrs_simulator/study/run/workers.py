@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import sys
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
@@ -59,8 +60,8 @@ class Cores:
     def _run_many(self, run, tasks, waiting, jobs):
         """Run the tasks in the rows ``waiting``, which are taken from it; yield ``(row, verdict)``.
 
-        Returns the rows that ran when the pool broke, if it did.  No more are handed in than can run, so
-        that an interruption waits for no others.
+        Returns the rows that ran when the pool broke, if it did.  No more are handed in than can run.
+        Where no more are wanted, as after an interruption, processes are killed: none is waited for.
         """
         running = {}
         try:
@@ -74,15 +75,24 @@ class Cores:
                     yield running.pop(future), verdict
         except BrokenExecutor:
             self.close()
+        except BaseException:
+            self._kill()
+            raise
         return sorted(running.values())
 
     def _processes(self):
         if self._pool is not None and self._done >= RENEWED:
             self.close()
         if self._pool is None:
-            limits = dict(initializer=_limit_printing, initargs=(self._printed,))
-            self._pool, self._done = ProcessPoolExecutor(self._jobs, **limits), 0
+            options = dict(initializer=_begin, initargs=(self._printed,))
+            self._pool, self._done = ProcessPoolExecutor(self._jobs, **options), 0
         return self._pool
+
+    def _kill(self):
+        # Of 3.14 on the pool has a method for it.
+        for process in list((self._pool._processes or {}).values()) if self._pool else ():
+            process.kill()
+        self.close()
 
     def close(self):
         """End the processes, after what they are at."""
@@ -91,9 +101,17 @@ class Cores:
             self._pool = None
 
 
-def _limit_printing(printed):
+def _begin(printed):
+    """Begin a process: a terminal's interruption, which all get, is heeded by the one that waits alone."""
+    # Raised in a process that holds a lock of the pool's queues, it would leave the others waiting for it.
+    signal.signal(signal.SIGINT, _wait_on)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if printed is not None:
         sys.stdout = Limited(printed)
+
+
+def _wait_on(_number, _frame):
+    """Go on: what runs in this process is killed by the one that began it."""
 
 
 def on_cluster(run, tasks, scheduler):

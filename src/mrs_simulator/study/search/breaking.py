@@ -1,5 +1,6 @@
 """The search for a run that breaks a requirement, and what is left of it when all else is taken away."""
 
+import contextlib
 import math
 import multiprocessing
 import time
@@ -66,10 +67,11 @@ class Search:
         else:
             done = self._cores.run(try_variation, tasks)
         trials = [None] * len(tasks)
-        for ended, (row, trial) in enumerate(done, self.runs + 1):
-            self._tell(ended)
-            dead = isinstance(trial, dict)  # as ``workers.failed`` says it
-            trials[row] = Trial(math.inf, error=trial["ended"]) if dead else trial
+        with contextlib.closing(done):  # an interruption ends what still runs
+            for ended, (row, trial) in enumerate(done, self.runs + 1):
+                self._tell(ended)
+                dead = isinstance(trial, dict)  # as ``workers.failed`` says it
+                trials[row] = Trial(math.inf, error=trial["ended"]) if dead else trial
         self.runs += len(tasks)
         for trial in trials:
             if trial.error:

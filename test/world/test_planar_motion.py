@@ -14,8 +14,8 @@ from mrs_simulator.world.motion import compiled_rolling, planar
 from mrs_simulator.world.motion.dynamic import DynamicMotion
 from mrs_simulator.world.motion.planar import PlanarMotion
 from mrs_simulator.world.motion.planar_body import GRAVITY
-from mrs_simulator.world.motion.rolling import Wheels, held_twists, loads, rolled
-from mrs_simulator.world.motion.rolling_steps import compiled_roll_step, roll_step
+from mrs_simulator.world.motion.rolling import Wheels, held_twists, loads, rolled, who_tips
+from mrs_simulator.world.motion.rolling_steps import compiled_roll_step, roll_step, stand_all
 from mrs_simulator.world.world import EVERY, World
 
 UNTUNED = {"substep": 1.0 / 240.0, "iterations": 50}
@@ -94,6 +94,17 @@ def test_compiled_wheels_roll_slide_and_tip_to_the_same_bits(compiled):
         assert all(np.array_equal(*each) for each in zip(told, again))
     rolls = (told[1] == held_twists(robots, rims)).all(axis=1)
     assert 0 < rolls.sum() < m and told[3].any()
+
+
+def test_who_tips_is_one_question_in_both_loops():
+    draw, told = np.random.default_rng(5), []
+    for height in draw.uniform(0.05, 0.6, 200):
+        robot = wheels(height=height)
+        pushed = draw.uniform(-60.0, 60.0, (2, 1)) * [[0.2], [1.0]]
+        stands = stand_all(np.array(robot), STEP * pushed, STEP)
+        told.append((stands, not who_tips(robot, *pushed)[0]))
+    assert all(one == other for one, other in told)
+    assert 20 < sum(stands for stands, _ in told) < 180
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -37,6 +37,11 @@ class Lines:
         parts = [forms[begin : begin + AT_ONCE] for begin in range(0, len(forms), AT_ONCE)]
         self._forms = [("".join(part), len(part)) for part in parts]
 
+    @property
+    def are_compiled(self):
+        """Return whether compiled loops have written lines."""
+        return self._filler is not None
+
     def filled(self, stamps, tables):
         """Return what :meth:`texts` does as bytes, which last until the next call, and where in them each
         sample ends, (k,).

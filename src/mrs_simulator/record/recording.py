@@ -1,6 +1,7 @@
 """Recording a run to ``run.csv`` as it happens, with ``run.json`` at its end, and reading both back."""
 
 import contextlib
+import functools
 import json
 import math
 import mmap
@@ -16,6 +17,7 @@ from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance_over
 from mrs_simulator.core.writing import Blocks, write_text
+from mrs_simulator.record.beside import Beside, cores
 from mrs_simulator.record.kind_column import kind_fields, without_kinds
 from mrs_simulator.record.number_rows import AT_ONCE, Lines
 from mrs_simulator.record.run_changes import read_changes
@@ -30,6 +32,8 @@ BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take
 MOST_KEPT = 1 << 29  # [bytes] of numbers in memory; more are in a file that is mapped
 FREE = 4  # [-] times as much room as that file takes is wanted on its disk
 RELEASED = 1 << 26  # [bytes] of it that are written between two times that its pages are let go
+TOGETHER = 4000  # [-] rows of blocks that are written at once
+BESIDE = 20000  # [-] rows from which on a thread writes those that follow: fewer take some ms
 LONGEST_CAUSE = 200  # [characters] of an error that is quoted
 FACTS = {  # what ``run.json`` may hold besides collisions
     "ended": str,
@@ -252,7 +256,8 @@ class Recorder:
         self._arms = np.full(shape[0], float(hand_length))  # [m]
         self._warn = warn or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
-        self._trouble, self._warnings = "", []
+        self._trouble, self._warnings, self._told = "", [], 0
+        self._beside = None  # the thread that writes
 
     @staticmethod
     def _opened(path, layout):
@@ -268,52 +273,88 @@ class Recorder:
         Without ``hand`` in it the controlled points are hand points.  Numbers are written with the fewest
         digits that read back to the same.
         """
-        self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
+        rows = self._waiting[len(self._stamps)]
         for name, place in self._places.items():
             rows[:, place] = getattr(state, name)
         has_points = state.has(HAND)
         if has_points:
             rows[:, self._hand] = state.hand
-        self._samples += 1
-        self._stamps.append(self._stamp)
-        self._pointless.append(not has_points)
-        if self._file.is_due or len(self._stamps) == len(self._waiting):
-            self._write_waiting()
+        self._add([float(stamp)], not has_points)
 
     def block(self, stamps, poses, commands):
         """Write samples of unicycles at ``stamps`` (k,) [s], as :meth:`sample` does one after the other.
 
-        ``poses`` (k, n, 3) and ``commands`` (k, n, 2).
+        ``poses`` (k, n, 3) and ``commands`` (k, n, 2).  Of a long run a thread writes them meanwhile.
         """
+        most = max(1, TOGETHER // len(self._numbers))
+        if len(self._waiting) < most:
+            self._settle()
+            self._waiting = np.empty((most, *self._waiting.shape[1:]))
+        if self._beside is None and self._pays_beside():
+            self._beside = Beside()
+        at = 0
+        while at < len(stamps):
+            rows = self._waiting[len(self._stamps) :][: len(stamps) - at]
+            part = slice(at, at + len(rows))
+            rows[:, :, self._places["pose"]] = poses[part]
+            rows[:, :, self._places["command"]] = commands[part]
+            self._add(stamps[part], True)
+            at = part.stop
+
+    def _pays_beside(self):
+        """Return whether a thread is to write: what it does so, compiled loops do, beside Python."""
+        rows = self._samples * len(self._numbers)
+        return rows > BESIDE and self._lines.are_compiled and cores() > 1
+
+    def _add(self, stamps, pointless):
+        """Add those at ``stamps`` to the samples that wait, which are written when that is due or no more
+        can wait; ``pointless`` ones get hand points."""
+        self._stamp = stamps[-1]
+        self._samples += len(stamps)
+        self._stamps.extend(stamps)
+        self._pointless.extend([pointless] * len(stamps))
+        if self._file.is_due or len(self._stamps) == len(self._waiting):
+            self._write_waiting()
+
+    def _settle(self):
+        """Write the samples that wait; wait until all are written."""
         if self._stamps:
             self._write_waiting()
-        rows = np.empty((len(stamps), *self._waiting.shape[1:]))
-        rows[:, :, self._places["pose"]] = poses
-        rows[:, :, self._places["command"]] = commands
-        self._samples += len(stamps)
-        self._stamp = stamps[-1]
-        self._write(stamps, rows, [True] * len(stamps))
+        if self._beside is not None:
+            self._beside.settle()
+            self._tell()
 
     def _write_waiting(self):
         """Keep the waiting samples, and write them to the file as text."""
-        self._write(self._stamps, self._waiting[: len(self._stamps)], self._pointless)
-        self._stamps.clear()
-        self._pointless.clear()
-
-    def _write(self, stamps, rows, pointless):
-        """Keep and write the newest samples, ``rows`` (k, n, width); ``pointless`` ones get hand points."""
+        stamps, pointless = self._stamps, self._pointless
+        self._stamps, self._pointless = [], []
+        rows, begin = self._waiting[: len(stamps)], self._samples - len(stamps)
         if all(pointless):
-            rows[:, :, self._hand] = hand_points(rows[:, :, self._places["pose"]], self._arms)
+            self._add_points(rows)
         elif any(pointless):
-            found = rows[pointless, :, self._places["pose"]]
-            rows[pointless, :, self._hand] = hand_points(found, self._arms)
-        begin = self._samples - len(rows)
-        room = slice(begin, min(self._samples, len(self._kept)))
+            found = rows[pointless]
+            self._add_points(found)
+            rows[pointless] = found
+        if self._beside is None:
+            self._write(begin, stamps, rows)
+        else:
+            self._waiting = np.empty_like(self._waiting)
+            self._beside.ask(functools.partial(self._write, begin, stamps, rows))
+        self._tell()
+
+    def _add_points(self, rows):
+        """Put the hand points into ``rows`` (k, n, width)."""
+        rows[:, :, self._hand] = hand_points(rows[:, :, self._places["pose"]], self._arms)
+
+    def _write(self, begin, stamps, rows):
+        """Keep and write the samples from ``begin`` on, ``rows`` (k, n, width)."""
+        room = slice(begin, min(begin + len(rows), len(self._kept)))
         if begin < room.stop:
             kept = room.stop - begin
             self._times[room] = stamps[:kept]
             self.kept.put(room, rows[:kept])
         self._file_away(stamps, rows)
+        self._note(stamps[-1])
 
     def _file_away(self, stamps, rows):
         """Write ``rows`` to the file as text."""
@@ -322,25 +363,29 @@ class Recorder:
             self._file.add(*self._lines.texts(stamps, rows))
         else:
             self._file.extend(*filled)
-        self._note()
 
-    def _note(self):
-        """Warn of a disk that has become full, or has room again."""
+    def _note(self, stamp):
+        """Note at ``stamp`` [s] that the disk has become full, or has room again."""
         now = self._file.trouble
         if bool(now) == bool(self._trouble):
             return
         self._trouble = now
         text = "at {:.3f} s samples are in the file again" if not now else "from {:.3f} s {}"
-        text = "{}: {}".format(self.path, text.format(self._stamp, now))
+        text = "{}: {}".format(self.path, text.format(stamp, now))
         self._warnings.append(text)
-        self._warn(text)
+
+    def _tell(self):
+        """Warn of what was noted, in the thread of whoever records."""
+        while self._told < len(self._warnings):
+            self._told += 1
+            self._warn(self._warnings[self._told - 1])
 
     def flush(self):
         """Write all samples so far to the file, as far as its disk has room."""
-        if self._stamps:
-            self._write_waiting()
+        self._settle()
         self._file.flush()
-        self._note()
+        self._note(self._stamp)
+        self._tell()
 
     def warnings(self):
         """Return warnings about the file, a list of texts."""
@@ -359,18 +404,22 @@ class Recorder:
     @property
     def has_kept_all(self):
         """Return whether the numbers of all samples are in memory, and such as a reader takes."""
-        if self._stamps:
-            self._write_waiting()
+        self._settle()
         if self._file.lost or not 0 < self._samples <= len(self._kept):
             return False
         return self.kept.are_finite(self._samples)
 
     def close(self):
         """Finish the file; closing twice does no harm."""
-        if self._stamps:
-            self._write_waiting()
-        self._file.close()
-        self._note()
+        try:
+            self._settle()
+        finally:
+            if self._beside is not None:
+                self._beside.close()
+                self._beside = None
+            self._file.close()
+        self._note(self._stamp)
+        self._tell()
 
     def __enter__(self):
         return self

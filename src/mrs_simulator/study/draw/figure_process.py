@@ -15,6 +15,7 @@ from collections import deque
 from multiprocessing.connection import Pipe, wait
 
 from mrs_simulator.control.worker_process import guarded
+from mrs_simulator.record.beside import cores
 from mrs_simulator.record.recording import MOST_KEPT, Kept
 
 PROCESSES = 2
@@ -107,7 +108,7 @@ def _send(pipe, request):
 def drawing(formats):
     """Within it, a ``Drawing`` draws; None where processes of its own gain nothing or are not safe."""
     alone = threading.active_count() == 1  # a lock that another thread holds would stay locked
-    if not (formats and alone and _cores() > 1):
+    if not (formats and alone and cores() > 1):
         yield None
         return
     made = Drawing(formats)
@@ -115,11 +116,6 @@ def drawing(formats):
         yield made
     finally:
         made.close()
-
-
-def _cores():
-    """Return how many cores this process may use; 1 where only Linux could tell, or fork safely."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
 def _drawings(memory):

@@ -21,7 +21,8 @@ def compiled_stretch(law, loops):
         made = flight_stretches.kernels()
     elif loops is rolling_stretch:
         made = {roll_step: compiled_roll_step()}
-    return kernel(law, loops, jit(), jit(cache=True), made)
+    # Whoever records writes meanwhile.
+    return kernel(law, loops, jit(), jit(cache=True, nogil=True), made)
 
 
 def loops_for(world):

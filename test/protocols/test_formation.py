@@ -112,7 +112,7 @@ def test_target_of_the_chain_is_the_next_robot_plus_c():
     errors = formation.target_errors(PRINTED, offsets, topology)
     expected = [[3.0, -3.0], [1.0, -10.0], [5.0, -4.3], [0.0, 0.0]]
     np.testing.assert_allclose(errors, expected, atol=1e-12)
-    u = formation.formation_velocity(PRINTED, offsets, topology, K, 0.1)
+    u = formation.formation_flow(offsets, topology, K, 0.1).velocity(PRINTED)
     np.testing.assert_allclose(u, -0.2 * np.array(expected), atol=1e-12)
 
 

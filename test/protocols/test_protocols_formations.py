@@ -53,14 +53,14 @@ def test_displacement_formation():
     points = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]])
     places = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     star = Topology(3, [(1, 2), (1, 3, 2.0)], directed=False)
-    u = laws.displacement_formation(points, places, star)
+    u = laws.displacement_flow(1.0, places, star).velocity(points)
     np.testing.assert_allclose(u, [[3.0, 4.0], [-3.0, 0.0], [0.0, -4.0]])
 
 
 def test_distance_formation():
     points = np.array([[0.0, 0.0], [2.0, 0.0]])
     places = np.array([[0.0, 5.0], [0.0, 6.0]])
-    u = laws.distance_formation(points, places, PAIR)  # |p_12|^2 - d_12^2 = 4 - 1
+    u = laws.distance_flow(1.0, places, PAIR).velocity(points)  # |p_12|^2 - d_12^2 = 4 - 1
     np.testing.assert_allclose(u, [[6.0, 0.0], [-6.0, 0.0]])
     assert length_energy(PAIR, places, 1.0).value(points) == pytest.approx(9.0 / 4.0)
 
@@ -76,7 +76,9 @@ def test_distance_formation_descends_its_potential():
         behind[i, d] -= 1e-6
         high, low = length_energy(graph, places, 1.0).values(np.array([ahead, behind]))
         slope[i, d] = (high - low) / 2e-6
-    np.testing.assert_allclose(laws.distance_formation(points, places, graph), -slope, atol=1e-6)
+    np.testing.assert_allclose(
+        laws.distance_flow(1.0, places, graph).velocity(points), -slope, atol=1e-6
+    )
 
 
 def test_distance_hessian():
@@ -86,16 +88,16 @@ def test_distance_hessian():
     for column in range(8):
         away = np.zeros(8)
         away[column] = step
-        u = laws.distance_formation(places + away.reshape(4, 2), places, graph)
+        u = laws.distance_flow(1.0, places, graph).velocity(places + away.reshape(4, 2))
         np.testing.assert_allclose(-u.ravel() / step, matrix[:, column], atol=1e-4)
 
 
 def test_bearing_formation():
     points, places = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 0.0], [2.0, 0.0]])
     # g = (1, 1)/sqrt 2, g* = (1, 0): P(g) g* = (1/2, -1/2).
-    u = laws.bearing_formation(points, places, PAIR)
+    u = laws.bearing_flow(1.0, places, PAIR).velocity(points)
     np.testing.assert_allclose(u, [[-0.5, 0.5], [0.5, -0.5]])
-    together = laws.bearing_formation(np.zeros((2, 2)), places, PAIR)
+    together = laws.bearing_flow(1.0, places, PAIR).velocity(np.zeros((2, 2)))
     assert np.isfinite(together).all()
 
 
@@ -104,7 +106,7 @@ def test_bearing_leaders():
     points = np.array([[0.0, 0.0], [4.0, 0.0], [1.0, 1.0]])
     graph = Topology(3, [(1, 2), (2, 3), (1, 3)], directed=False)
     # P(g*_31) = diag(1, 0), P(g*_32) = [[1, 2], [2, 4]]/5.
-    u = laws.bearing_leaders(points, places, graph)
+    u = laws.leaders_flow(1.0, places, graph).velocity(points)
     np.testing.assert_allclose(u, [[0.0, 0.0], [0.0, 0.0], [-0.8, 0.4]])
     fitted = laws.fitted_to_leaders(points, places, graph)
     np.testing.assert_allclose(fitted, 2.0 * places, atol=1e-12)
@@ -131,7 +133,9 @@ BRACED = Topology(6, RING + [(1, 3), (1, 4), (1, 5)], directed=False)
 
 def test_distances_are_reached_and_the_centroid_stays(start):
     places = laws.shape_places("circle", 6, 3.0)
-    end = held(lambda p: laws.distance_formation(p, places, BRACED), start, 0.05, 0.02, 4000)
+    end = held(
+        lambda p: laws.distance_flow(1.0, places, BRACED).velocity(p), start, 0.05, 0.02, 4000
+    )
     np.testing.assert_allclose(end.mean(axis=0), start.mean(axis=0), atol=1e-9)
     np.testing.assert_allclose(laws.length_excess(end[np.newaxis], places, BRACED), 0.0, atol=1e-6)
 
@@ -174,7 +178,9 @@ def test_terms_that_cancel_are_a_rest():
 
 def test_bearings_are_reached_and_centroid_and_scale_stay(start):
     places = laws.shape_places("circle", 6, 3.0)
-    end = held(lambda p: laws.bearing_formation(p, places, BRACED), start, 10.0, 0.002, 12000)
+    end = held(
+        lambda p: laws.bearing_flow(1.0, places, BRACED).velocity(p), start, 10.0, 0.002, 12000
+    )
     wanted = start.mean(axis=0) + places * laws.scale(start) / laws.scale(places)
     np.testing.assert_allclose(end, wanted, atol=1e-2)
     np.testing.assert_allclose(laws.bearings(end, BRACED), laws.bearings(places, BRACED), atol=1e-6)
@@ -185,7 +191,9 @@ def test_the_bound_on_the_gain_is_sharp(start, share, settles):
     """gain Tc lambda_max = 2, with lambda_max = 4 on the ring of six."""
     places, ring = laws.shape_places("circle", 6, 3.0), Topology(6, RING, directed=False)
     gain = share * 2.0 / (0.02 * 4.0)
-    end = held(lambda p: laws.displacement_formation(p, places, ring), start, gain, 0.02, 600)
+    end = held(
+        lambda p: laws.displacement_flow(1.0, places, ring).velocity(p), start, gain, 0.02, 600
+    )
     assert (laws.scale(end - places) < 1e-6) == settles
 
 
@@ -309,7 +317,7 @@ def potentials(start, share):
         values.append(laws.length_potential(points, places, topology))
         if values[-1] > 1e6 * begin:
             break
-        points = points + period * laws.distance_formation(points, places, topology)
+        points = points + period * laws.distance_flow(1.0, places, topology).velocity(points)
     return np.array(values) / begin
 
 

@@ -30,7 +30,7 @@ def test_containment_typed_out():
     topology = Topology(3, [(1, 2), (1, 3, 2.0), (2, 1)])
     points = np.array([[1.0, 0.0], [2.0, 2.0], [5.0, -1.0]])
     expected = [[1.0 + 2.0 * 4.0, 2.0 - 2.0], [-1.0, -2.0], [0.0, 0.0]]
-    np.testing.assert_allclose(laws.containment(points, topology, 1), expected)
+    np.testing.assert_allclose(laws.containment_flow(1.0, topology, 1).velocity(points), expected)
 
 
 def test_the_limit_is_the_weighted_mean_of_the_leaders():
@@ -64,7 +64,7 @@ def test_containment_with_an_impossible_gain_fails(tmp_path, gain, name):
 class LosesAnEdge(Containment):
     def pointMassLaw(self, hand):
         kept = Topology(len(hand), self.topology.edges[1:])
-        return self.gain * laws.containment(hand, kept, self.leaders)
+        return laws.containment_flow(self.gain, kept, self.leaders).velocity(hand)
 
 
 def test_containment_without_one_edge_misses_its_limit(tmp_path):
@@ -107,7 +107,7 @@ def test_rendezvous_typed_out():
     pairs = laws.pairs_within(points, 2.1)
     np.testing.assert_array_equal(pairs, [[0, 1], [1, 2]])
     # D = 4: w(2) = 6/4, w(1) = 7/9.
-    velocity = laws.rendezvous(points, pairs, 4.0)
+    velocity = laws.rendezvous_flow(1.0, pairs, 4.0).velocity(points)
     np.testing.assert_allclose(velocity, [[3.0, 0.0], [-3.0, 7.0 / 9.0], [0.0, -7.0 / 9.0]])
 
 
@@ -121,16 +121,16 @@ def test_rendezvous_is_minus_the_gradient_of_the_tension():
     step = 1e-6 * np.eye(12).reshape(12, 6, 2)
     up, down = (tension_energy(pairs, 3.5, 1.0).values(points + s * step) for s in (1, -1))
     gradient = ((up - down) / 2e-6).reshape(6, 2)
-    np.testing.assert_allclose(laws.rendezvous(points, pairs, 3.5), -gradient, atol=1e-5)
+    np.testing.assert_allclose(
+        laws.rendezvous_flow(1.0, pairs, 3.5).velocity(points), -gradient, atol=1e-5
+    )
 
 
 def test_the_curvature_of_the_tension():
     points, pairs = random_edges()
     step = 1e-6 * np.eye(12).reshape(12, 6, 2)
-    rows = [
-        laws.rendezvous(points - s, pairs, 3.5) - laws.rendezvous(points + s, pairs, 3.5)
-        for s in step
-    ]
+    velocity = laws.rendezvous_flow(1.0, pairs, 3.5).velocity
+    rows = [velocity(points - s) - velocity(points + s) for s in step]
     hessian = np.array(rows).reshape(12, 12) / 2e-6
     largest = np.linalg.eigvalsh(0.5 * (hessian + hessian.T))[-1]
     assert laws.tension_curvature(points, pairs, 3.5) == pytest.approx(largest, rel=1e-6)
@@ -144,7 +144,9 @@ def test_rendezvous_keeps_an_edge_that_plain_consensus_breaks():
     for name, radius, step in (("kept", 3.0, 2e-5), ("plain", 1e6, 10.0)):
         hand, longest[name] = points, 0.0
         for _ in range(4000):
-            hand = hand + step * laws.rendezvous(hand, pairs, radius) * (radius / 2.0)
+            hand = hand + step * laws.rendezvous_flow(1.0, pairs, radius).velocity(hand) * (
+                radius / 2.0
+            )
             longest[name] = max(longest[name], laws.edge_lengths(hand, pairs).max())
     assert longest["kept"] < 3.0 < longest["plain"]
 
@@ -152,7 +154,7 @@ def test_rendezvous_keeps_an_edge_that_plain_consensus_breaks():
 class PlainConsensus(Rendezvous):
     def pointMassLaw(self, hand):
         super().pointMassLaw(hand)  # finds the pairs
-        return self.gain * laws.rendezvous(hand, self._pairs, 1e3) * 1e3
+        return self.gain * laws.rendezvous_flow(1.0, self._pairs, 1e3).velocity(hand) * 1e3
 
 
 class Repels(Rendezvous):

@@ -82,16 +82,11 @@ def target_errors(hand, offsets, topology):
     return from_mean(hand - offsets, topology)
 
 
-def formation_velocity(hand, offsets, topology, k, T):
-    """Return ``u_i = -(k/T)(alpha_i - alpha_i*)``, shape (n, d) [m/s], law (6) before mapping (7).
+def formation_flow(offsets, topology, k, T):
+    """Return the ``Flow`` ``u_i = -(k/T)(alpha_i - alpha_i*)``, (n, d) [m/s], law (6) before mapping (7).
 
     With step ``T`` [s] it gives (5), ``alpha+ = (1-k) alpha + k alpha*``.
     """
-    return formation_flow(offsets, topology, k, T).velocity(hand)
-
-
-def formation_flow(offsets, topology, k, T):
-    """Return the ``Flow`` of law (6), as :func:`formation_velocity` has it."""
     return flow_to_mean(k / T, topology, offsets)
 
 

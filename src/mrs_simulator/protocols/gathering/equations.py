@@ -18,18 +18,13 @@ EMPTY = 1e-300  # [-] mass of a cell below which it counts as empty
 # Containment -----------------------------------------------------------------------------------
 
 
-def containment(points, topology, leaders):
-    """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, d) [m/s], and zero for the last ``leaders`` robots.
+def containment_flow(gain, topology, leaders):
+    """Return the ``Flow`` ``u_i = gain sum_j a_ij (p_j - p_i)``, (n, d) [m/s]; the last ``leaders`` stand.
 
-    ``points`` p (n, d) [m].  If every follower has a path from some leader, the followers go to
+    If every follower has a path from some leader, the followers go to
     :func:`containment_limit`, inside the leaders' convex hull.  Ji, Ferrari-Trecate, Egerstedt and
     Buffa, 2008.
     """
-    return containment_flow(1.0, topology, leaders).velocity(points)
-
-
-def containment_flow(gain, topology, leaders):
-    """Return the ``Flow`` of ``gain`` times :func:`containment`."""
     still = tuple(range(topology.n - leaders, topology.n))
     return difference_flow(gain, topology)._replace(still=still)
 
@@ -113,18 +108,13 @@ def pairs_within(points, radius):
     return np.stack(close_pairs(points, radius), axis=1)
 
 
-def rendezvous(points, pairs, radius):
-    """Return ``u_i = sum_j w(d_ij) (p_j - p_i)``, (n, d) [1/m times m], from ``points`` p (n, d) [m].
+def rendezvous_flow(gain, pairs, radius):
+    """Return the ``Flow`` ``u_i = gain sum_j w(d_ij) (p_j - p_i)``, (n, d) [1/m times m] per gain.
 
     ``w(d) = (2D - d)/(D - d)^2`` [1/m] with ``D = radius`` [m], over the fixed ``pairs`` (m, 2): minus
     the gradient of the tension ``sum d_ij^2/(D - d_ij)``.  From a connected graph whose edges are
     shorter than D, no edge ever reaches D and all meet in their mean.  Ji and Egerstedt, 2007.
     """
-    return rendezvous_flow(1.0, pairs, radius).velocity(points)
-
-
-def rendezvous_flow(gain, pairs, radius):
-    """Return the ``Flow`` of ``gain`` times :func:`rendezvous`."""
     return pair_flow(gain, tension, pairs.T, radius)
 
 

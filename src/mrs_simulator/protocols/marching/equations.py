@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.edge_terms import difference_sum
 from mrs_simulator.core.kinematics import arc, cos_sin, direction_of, wrap_angle
 from mrs_simulator.protocols.common import level
-from mrs_simulator.protocols.shapes.equations import displacement_formation
 
 PATHS = ("line", "circle", "eight", "polygon")
 
@@ -94,7 +94,7 @@ def marching(points, wanted, velocity, topology, gain, anchor=0.0):
     robots lag.  With it errors obey the displacement law and no steady error is left; ``gain`` and
     ``anchor`` in 1/s.  Oh, Park, Ahn, 2015.
     """
-    keep = gain * displacement_formation(points, wanted, topology)
+    keep = gain * difference_sum(points - wanted, topology)
     return velocity + keep + anchor * (wanted - points)
 
 

@@ -45,33 +45,23 @@ def _grid_cells(row, n, dimension):
     return -(row // width % width), -(row % width), row // width**2
 
 
-def displacement_formation(points, places, topology):
-    """Return ``u_i = sum_j a_ij (p_j - p_i - (d_j - d_i))``, (n, d) [m/s].
+def displacement_flow(gain, places, topology):
+    """Return the ``Flow`` ``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``, (n, d) [m/s].
 
     With a spanning tree ``p -> d + w^T (p(0) - d)``, ``w`` the left null vector of L; on an
     undirected graph the centroid stays and the error decays at ``lambda_2``.  Oh, Park, Ahn, 2015.
     """
-    return displacement_flow(1.0, places, topology).velocity(points)
-
-
-def displacement_flow(gain, places, topology):
-    """Return the ``Flow`` of ``gain`` times :func:`displacement_formation`."""
     return difference_flow(gain, topology, places)
 
 
-def distance_formation(points, places, topology):
-    """Return ``u_i = -sum_j a_ij (|p_ij|^2 - d_ij^2) p_ij``, (n, d) [m^3], ``d_ij = |d_i - d_j|``.
+def distance_flow(gain, places, topology):
+    """Return the ``Flow`` ``u_i = -gain sum_j a_ij (|p_ij|^2 - d_ij^2) p_ij``, ``d_ij = |d_i - d_j|``.
 
-    The gradient descent of ``sum_edges a_ij (|p_ij|^2 - d_ij^2)^2/4`` on an undirected graph: the
-    centroid stays.
+    (n, d) [m^3] per gain, the gradient descent of ``sum_edges a_ij (|p_ij|^2 - d_ij^2)^2/4`` on an
+    undirected graph: the centroid stays.
     Where the target is infinitesimally rigid (at least 2n - 3 edges, in space 3n - 6) its lengths are
     reached from nearby, exponentially.  Krick, Broucke, Francis, 2009.
     """
-    return distance_flow(1.0, places, topology).velocity(points)
-
-
-def distance_flow(gain, places, topology):
-    """Return the ``Flow`` of ``gain`` times :func:`distance_formation`."""
     wanted = apart(places, topology.arcs)
     return edge_flow(gain, spring, topology.arcs, topology.arcs[2], inner(wanted, wanted))
 
@@ -89,7 +79,7 @@ def length_excess(points, places, topology):
 
 
 def imbalance(points, places, topology):
-    """Return ``sum_i |sum_j f_ij| / sum_ij |f_ij|`` of the terms of :func:`distance_formation`.
+    """Return ``sum_i |sum_j f_ij| / sum_ij |f_ij|`` of the terms of :func:`distance_flow`.
 
     At ``points`` (n, d): 0 where all robots rest though lengths are wrong, 1 without terms.
     """
@@ -171,18 +161,13 @@ def bearings(points, topology):
     return towards / np.where(length > 0.0, length, 1.0)
 
 
-def bearing_formation(points, places, topology):
-    """Return ``u_i = -sum_j a_ij P(g_ij) g*_ij``, (n, d), ``P(g) = I - g g^T``, ``g*`` of ``places``.
-
-    On an undirected graph centroid and scale ``sqrt(sum |p_i - c|^2)`` stay; where the target is
-    infinitesimally bearing rigid the bearings converge to ``g*`` from almost everywhere.  Zhao, Zelazo,
-    2016.
-    """
-    return bearing_flow(1.0, places, topology).velocity(points)
-
-
 def bearing_flow(gain, places, topology):
-    """Return the ``Flow`` of ``gain`` times :func:`bearing_formation`."""
+    """Return the ``Flow`` ``u_i = -gain sum_j a_ij P(g_ij) g*_ij``, (n, d), ``P(g) = I - g g^T``.
+
+    ``g*``: of ``places``.  On an undirected graph centroid and scale ``sqrt(sum |p_i - c|^2)`` stay; where
+    the target is infinitesimally bearing rigid the bearings converge to ``g*`` from almost everywhere.
+    Zhao, Zelazo, 2016.
+    """
     wanted = unit(apart(places, topology.arcs))
     return edge_flow(gain, off_bearing, topology.arcs, topology.arcs[2], wanted)
 
@@ -193,17 +178,13 @@ def off_bearing(apart, weight, wanted):
     return -weight * (wanted - inner(have, wanted) * have)
 
 
-def bearing_leaders(points, places, topology, leaders=2):
-    """Return ``u_i = -sum_j a_ij P(g*_ij)(p_i - p_j)``, (n, d) [m]; the first ``leaders`` stand still.
-
-    Where ``B_ff`` of :func:`bearing_laplacian` is regular, the followers reach the one formation
-    with these bearings that fits the leaders, ``-B_ff^-1 B_fl p_l``.  Zhao, Zelazo, 2016.
-    """
-    return leaders_flow(1.0, places, topology, leaders).velocity(points)
-
-
 def leaders_flow(gain, places, topology, leaders=2):
-    """Return the ``Flow`` of ``gain`` times :func:`bearing_leaders`."""
+    """Return the ``Flow`` ``u_i = -gain sum_j a_ij P(g*_ij)(p_i - p_j)``, (n, d) [m] per gain.
+
+    The first ``leaders`` stand still.  Where ``B_ff`` of :func:`bearing_laplacian` is regular, the
+    followers reach the one formation with these bearings that fits the leaders, ``-B_ff^-1 B_fl p_l``.
+    Zhao, Zelazo, 2016.
+    """
     wanted, still = unit(apart(places, topology.arcs)), tuple(range(leaders))
     flow = edge_flow(gain, beside_bearing, topology.arcs, topology.arcs[2], wanted)
     return flow._replace(still=still)
@@ -218,7 +199,7 @@ def bearing_laplacian(places, topology, over_length=False):
     """Return the bearing Laplacian B, (d n, d n): blocks ``-a_ij P(g*_ij)``, rows sum to zero.
 
     ``over_length`` divides each weight by ``|d_j - d_i|`` [m]: the linearisation of
-    :func:`bearing_formation` about ``places``.
+    :func:`bearing_flow` about ``places``.
     """
     receiver, sender, weight = topology.arcs
     if over_length:

@@ -9,7 +9,7 @@ from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.state import State
-from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.sensors.suite import Suite, of_robot, of_robots
 from mrs_simulator.sensors.types.inertial import GRAVITY
 from mrs_simulator.sensors.types.position import local_place, radii
 from mrs_simulator.vehicles import Team
@@ -325,3 +325,21 @@ def test_a_battery_says_what_it_wants():
         suite({"battery": dict(CELL, voltage=[3, 2])})
     with pytest.raises(ScenarioError, match="voltage: 3, wanted"):
         suite({"battery": dict(CELL, voltage=3)})
+
+
+def test_readings_of_all_robots_at_once_are_those_of_each():
+    mounts = {"sight": SEES["sight"], "laser": {}, "encoders": {"type": "encoders"}}
+    mounts.update({name: {"type": name} for name in ("compass", "imu", "gps", "bumper", "battery")})
+    _, found = suite(mounts, TRIANGLE)
+    found.activate(dict.fromkeys(range(3), tuple(mounts)))
+    for step in range(2):
+        now = state(TRIANGLE, time=0.02 * step, travel=(np.ones((3, 2)),))
+        found.update(step, lambda now=now: now)
+    assert {sensor.mount.name for sensor in found.active if sensor.newest} == set(mounts)
+    for sensor in found.active:
+        for k, own in enumerate(of_robots(sensor.newest, 3)):
+            alone = of_robot(sensor.newest, k)
+            assert type(own) is type(alone)
+            for value, wanted in zip(own, alone):
+                np.testing.assert_array_equal(value, wanted)
+                assert not getattr(getattr(value, "flags", None), "writeable", False)

@@ -31,6 +31,7 @@ from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.scenario.team.estimates import Estimates
 from mrs_simulator.scenario.team.mismatch import Mismatch
 from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
+from mrs_simulator.sensors import compiled_rays
 from mrs_simulator.study.run.compile_ahead import compile_ahead, compile_loops
 from mrs_simulator.study.run.compile_ahead import main as compile_main
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
@@ -459,6 +460,7 @@ def test_contacts_and_forces_are_compiled_ahead():
         compiled_contacts.compiled_push(),
         compiled_contacts.compiled_note(),
         crowd_steps.compiled_step(),
+        *compiled_rays.compiled_loops(),
         rolling_steps.compiled_roll_step(),
         *compiled_rolling.kernels(),
         *compiled_flight.compiled_loops(),

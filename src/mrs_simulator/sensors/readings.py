@@ -8,8 +8,10 @@ class Readings:
 
     def __init__(self, number, asked, known=None):
         """``asked``: names of the sensors in the law's ``SENSORS``; ``known``: readings by name."""
-        self.__dict__.update(dict.fromkeys(asked), **(known or {}))
-        self.__dict__["_number"] = number
+        own = self.__dict__
+        own.update(dict.fromkeys(asked))
+        own.update(known or {})
+        own["_number"] = number
 
     def __getattr__(self, name):
         asked = ", ".join(key for key in self.__dict__ if not key.startswith("_")) or "none"

@@ -11,9 +11,12 @@ from mrs_simulator.core import compiling
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder
+from mrs_simulator.sensors.compiled_rays import cast_by, compiled_loops, slack_of
+from mrs_simulator.sensors.placing import carried, turned
 
 NO_ROBOT = -1
 TINY = 1e-300  # [-] instead of 0, of a ray along a face
+CAST = 200  # [-] rays that numpy casts in 0.1 ms, about
 MOST = 16000  # [-] pairs of a ray and a shape that are looked at together: what a cache holds
 
 
@@ -27,11 +30,7 @@ class Shapes(NamedTuple):
     low: np.ndarray  # (N,) [m] height of the underside
     high: np.ndarray  # (N,) [m] height of the top
     owner: np.ndarray  # (N,) row of the robot whose body it is, NO_ROBOT for an obstacle
-
-    @property
-    def reach(self):
-        """Return how far they reach from their centres, (N,) [m]."""
-        return np.where(self.round, self.half[:, 0], np.hypot(self.half[:, 0], self.half[:, 1]))
+    reach: np.ndarray  # (N,) [m] from the centres
 
 
 class Scenery:
@@ -44,14 +43,12 @@ class Scenery:
         along ``ahead`` (3,).
         """
         self.picture = picture
-        fixed = [_of_obstacle(each) for each in obstacles]
         self._moving = [(row, each) for row, each in enumerate(obstacles) if moves(each)]
-        self._fixed = _shapes(fixed, [NO_ROBOT] * len(fixed))
-        bodies = [kind.body for kind in team.kinds]
-        self._ahead = np.array([0.5 * (body.front - body.rear) for body in bodies])
-        half = np.array([[0.5 * body.length, 0.5 * body.width] for body in bodies])
-        self._body = half, np.array([body.round for body in bodies])
-        self._height = np.array([body.height for body in bodies])
+        fixed = [_of_obstacle(each) for each in obstacles]
+        bodies = [_of_body(kind.body) for kind in team.kinds]
+        owner = [NO_ROBOT] * len(fixed) + list(range(len(bodies)))
+        self._shapes, self._first = _shapes(fixed + bodies, owner), len(fixed)
+        self._ahead = np.array([0.5 * (kind.body.front - kind.body.rear) for kind in team.kinds])
         self._seen = None, None
 
     def at(self, state):
@@ -61,20 +58,18 @@ class Scenery:
         return self._seen[1]
 
     def _shapes_at(self, state):
-        cos, sin = cos_sin(state.pose[:, 2])
-        axis, low = np.stack([cos, sin], axis=1), state.heights
-        centre = state.pose[:, :2] + self._ahead[:, np.newaxis] * axis
-        robots = centre, axis, *self._body, low, low + self._height, np.arange(len(low))
-        return Shapes(*map(np.concatenate, zip(self._fixed_at(state.time), robots)))
-
-    def _fixed_at(self, time):
-        """Return the ``Shapes`` of the obstacles at ``time`` [s]."""
-        if not self._moving:
-            return self._fixed
-        centre = self._fixed.centre.copy()
+        shapes, robots = self._shapes, slice(self._first, None)
+        centre, axis = shapes.centre.copy(), shapes.axis.copy()
         for row, each in self._moving:
-            centre[row] = each.track.place((each.x, each.y), time)
-        return self._fixed._replace(centre=centre)
+            centre[row] = each.track.place((each.x, each.y), state.time)
+        axis[robots, 0], axis[robots, 1] = cos_sin(state.pose[:, 2])
+        centre[robots] = state.pose[:, :2] + self._ahead[:, np.newaxis] * axis[robots]
+        if "z" in vars(state):
+            low, high = shapes.low.copy(), shapes.high.copy()
+            low[robots] += state.heights
+            high[robots] += state.heights
+            shapes = shapes._replace(low=low, high=high)
+        return shapes._replace(centre=centre, axis=axis)
 
 
 def _of_obstacle(obstacle):
@@ -86,16 +81,24 @@ def _of_obstacle(obstacle):
     return [obstacle.x, obstacle.y], axis, size, False, obstacle.height
 
 
+def _of_body(body):
+    size = [0.5 * body.length, 0.5 * body.width]
+    return [0.0, 0.0], [1.0, 0.0], size, body.round, body.height
+
+
 def _shapes(rows, owner):
     centre, axis, half, is_round, high = zip(*rows) if rows else ([], [], [], [], [])
+    half = np.array(half, dtype=float).reshape(-1, 2)
+    is_round = np.array(is_round, dtype=bool)
     return Shapes(
         np.array(centre, dtype=float).reshape(-1, 2),
         np.array(axis, dtype=float).reshape(-1, 2),
-        np.array(half, dtype=float).reshape(-1, 2),
-        np.array(is_round, dtype=bool),
+        half,
+        is_round,
         np.zeros(len(rows)),
         np.array(high, dtype=float),
         np.array(owner, dtype=int),
+        np.where(is_round, half[:, 0], np.hypot(half[:, 0], half[:, 1])),
     )
 
 
@@ -107,22 +110,56 @@ class Rays(NamedTuple):
     height: np.ndarray  # (m,) [m]
     owner: np.ndarray  # (m,) rows of the robots that cast them, whose own bodies they do not meet
 
+    @property
+    def shape(self):
+        """Return (m, K)."""
+        return self.direction.shape[:2]
+
+    def given(self, loops):
+        """Return which of the compiled ``loops`` casts them, from what, how far apart they begin at most
+        [m], and the angle [rad] between two of them, 0: any."""
+        return loops.cast_all, (self.origin, self.direction), slack_of(self.origin), 0.0
+
+
+class CarriedRays(NamedTuple):
+    """K level rays that are the same in the frames of m robots."""
+
+    pose: np.ndarray  # (m, 3) [m, m, rad]
+    place: np.ndarray  # (K, 2) or (1, 2) [m] of their origins on the robots
+    along: np.ndarray  # (K, 2), unit vectors
+    height: np.ndarray  # (m,) [m]
+    owner: np.ndarray  # (m,) as of ``Rays``
+    step: float = 0.0  # [rad] from each ray to the next, from one origin; 0: in no order
+
+    @property
+    def shape(self):
+        """Return (m, K)."""
+        return len(self.pose), len(self.along)
+
+    def given(self, loops):
+        """Return what ``Rays.given`` does."""
+        poses = np.column_stack([self.pose[:, :2], *cos_sin(self.pose[:, 2])])
+        slack = slack_of(self.place[np.newaxis])
+        return loops.cast_turned, (poses, self.place, self.along), slack, self.step
+
+    def rays(self):
+        """Return the ``Rays`` in the common frame."""
+        origin, direction = carried(self.pose, self.place), turned(self.pose[:, 2], self.along)
+        return Rays(origin, direction, self.height, self.owner)
+
 
 def cast(shapes, rays, reach, cone=0.0, unseen=None):
     """Return the distances along ``rays`` to the nearest of ``shapes``, (m, K) [m], inf beyond ``reach``.
 
-    ``cone`` [rad]: half of an opening angle below pi/2, within which the nearest point counts, as for the
-    echo of a sonar.  A shape around the origin is at 0.  ``unseen`` (m,): rows of further robots not met.
-    With ``MRS_SIMULATOR_COMPILED=1`` loops that numba compiles do the same.
+    ``rays``: ``Rays`` or ``CarriedRays``; ``cone`` [rad]: half of an opening angle below pi/2, within which
+    the nearest point counts, as for the echo of a sonar.  A shape around the origin is at 0.  ``unseen``
+    (m,): rows of further robots not met.  Loops that numba compiles do the same where they pay.
     """
-    if compiling.is_wanted():
-        from mrs_simulator.sensors.compiled_rays import (  # numba is optional
-            cast_by,
-            compiled_kernel,
-        )
-
-        return cast_by(compiled_kernel(), shapes, rays, reach, cone, unseen)
-    m, k = rays.direction.shape[:2]
+    m, k = rays.shape
+    loops = compiling.same_bits(compiled_loops, size=1 + m * k // CAST)
+    if loops is not None:
+        return cast_by(loops, shapes, rays, reach, cone, unseen)
+    rays = rays.rays() if isinstance(rays, CarriedRays) else rays
     result = np.full((m, k), np.inf)
     ray, shape = _near(shapes, rays, reach, unseen)
     length = max(1, MOST // max(1, k))
@@ -135,8 +172,7 @@ def cast(shapes, rays, reach, cone=0.0, unseen=None):
 
 def _near(shapes, rays, reach, unseen):
     """Return pairs of rows of ``rays`` (p,) and ``shapes`` (p,) that may meet, ordered by the rays."""
-    hub = rays.origin[:, 0]
-    slack = np.abs(rays.origin - hub[:, np.newaxis]).sum(axis=2).max(initial=0.0)
+    hub, slack = rays.origin[:, 0], slack_of(rays.origin)
     apart = hub[:, np.newaxis] - shapes.centre
     far = reach + slack + shapes.reach
     near = np.einsum("ijk,ijk->ij", apart, apart) < far * far

@@ -1,5 +1,6 @@
 """All sensors of a team: the active ones are read when they are due, the others never."""
 
+import itertools
 from collections import deque
 from typing import Any, NamedTuple
 
@@ -122,8 +123,10 @@ class Suite:
         if self._returned is None or any(a is not b for a, b in zip(known, self._returned[0])):
             result = {row: {} for row in range(self._team.n)}
             for fitted, reading in zip(self._active, known):
-                for k, row in enumerate(fitted.rows.tolist() if reading is not None else ()):
-                    result[row][fitted.mount.name] = of_robot(reading, k)
+                if reading is not None:
+                    name, rows = fitted.mount.name, fitted.rows.tolist()
+                    for row, own in zip(rows, of_robots(reading, len(rows))):
+                        result[row][name] = own
             self._returned = known, result
         return self._returned[1]
 
@@ -200,6 +203,18 @@ def of_robot(reading, k):
         return frozen(reading.of(k))
     own = {name: getattr(reading, name)[k] for name in reading.PER_ROBOT}
     return frozen(reading._replace(**own))
+
+
+def of_robots(reading, count):
+    """Return what :func:`of_robot` does of the first ``count`` robots, a list."""
+    if hasattr(reading, "of"):
+        return [of_robot(reading, k) for k in range(count)]
+    frozen(reading)  # and with it the rows
+    columns = (
+        value if name in reading.PER_ROBOT else itertools.repeat(value, count)
+        for name, value in zip(reading._fields, reading)
+    )
+    return list(map(reading._make, zip(*columns)))
 
 
 class _MountOfDrive(NamedTuple):

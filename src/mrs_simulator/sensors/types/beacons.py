@@ -8,8 +8,8 @@ import numpy as np
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.scenario.reading import ScenarioError, shown, unwanted
 from mrs_simulator.sensors.number_texts import listed_text
+from mrs_simulator.sensors.placing import carried
 from mrs_simulator.sensors.scenery import Rays, cast
-from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 

@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.sensors.placing import carried
 from mrs_simulator.sensors.types.ranging import read_range
 from mrs_simulator.sensors.types.sensor import Sensor
 

@@ -70,7 +70,8 @@ class Laser(Ranging):
         settings = mount.settings
         inner = np.zeros((settings.rays, 3))
         inner[:, 2] = np.linspace(settings.first, settings.last, settings.rays)
-        super().__init__(mount, rows, inner)
+        step = (settings.last - settings.first) / max(1, settings.rays - 1)
+        super().__init__(mount, rows, inner, step=step if settings.rays > 1 else 0.0)
 
 
 def _read_angles(section):

@@ -9,7 +9,7 @@ from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.scenario.reading import number, unwanted
 from mrs_simulator.sensors.number_texts import DEGREE, degrees
 from mrs_simulator.sensors.number_texts import number as number_text
-from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.sensors.placing import carried
 from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 

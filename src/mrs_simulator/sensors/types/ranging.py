@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.sensors.number_texts import degrees, number
-from mrs_simulator.sensors.scenery import Rays, cast
-from mrs_simulator.sensors.types.placing import carried, directions, echoes
+from mrs_simulator.sensors.placing import echoes
+from mrs_simulator.sensors.scenery import CarriedRays, cast
 from mrs_simulator.sensors.types.sensor import Sensor
 from mrs_simulator.vehicles.quantities import quantity
 
@@ -55,26 +56,24 @@ class Ranging(Sensor):
     DIGITS = 9
     VARIES = True
 
-    def __init__(self, mount, rows, inner, cone=0.0):
+    def __init__(self, mount, rows, inner, cone=0.0, step=0.0):
         """``rows`` (m,) of robots with this ``mount``; ``inner`` (K, 3): x, y, direction from the mount.
 
-        ``cone`` [rad]: half of an opening angle.
+        ``cone`` [rad]: half of an opening angle; ``step`` [rad] as of ``CarriedRays``.
         """
         super().__init__(mount, rows, None)
+        self._step = step
         self._height = mount.place[2]
         self.places, self._cone = on_robot(mount.place, inner), cone
         # One origin for all rays that begin at the same place costs less.
         shared = (inner[:, :2] == inner[0, :2]).all()
         self._origins = self.places[: 1 if shared else None, :2]
+        self._along = np.stack(cos_sin(self.places[:, 2]), axis=-1)
 
     def read(self, state, environment, rng):
         pose, (least, most) = state.pose[self._rows], (self._settings.least, self._settings.most)
-        rays = Rays(
-            carried(pose, self._origins),
-            directions(pose[:, 2], self.places[:, 2]),
-            state.heights[self._rows] + self._height,
-            self._rows,
-        )
+        height = state.heights[self._rows] + self._height
+        rays = CarriedRays(pose, self._origins, self._along, height, self._rows, self._step)
         ranges = rng.noisy(cast(environment.at(state), rays, most, self._cone))
         ranges = limited(ranges, least, most)
         return RangeReading(state.time, ranges, self.places, most, self._cone)

@@ -45,6 +45,8 @@ FORCED = {
 }
 ROLLING = dict(FORCED, engine="planar")
 AMONG_OTHERS = dict(ROLLING, model=["pioneer3dx", "husky"])  # whose wheels slide
+SENSING = dict(FORCED, fidelity="kinematic", record=["laser", "others"])
+SENSING["sensors"] = [{"mounts": {"laser": {}, "others": {"type": "range_bearing"}}}]
 FLYING = dict(FORCED, model="crazyflie2", altitude=1.0)
 
 
@@ -80,19 +82,21 @@ def _is_of_pybullet(scenario, team):
 
 
 def compile_loops():
-    """Compile what runs come to use after a while: the loops of contacts, of wheels and rotors with forces,
-    and of text."""
+    """Compile what runs come to use after a while: the loops of contacts, of rays, of wheels and rotors
+    with forces, and of text."""
     Filler([1], [""]).filled([0.0], np.zeros((1, 1, 7)))
-    for content in (TOUCHING, ROLLING, AMONG_OTHERS, FLYING):
+    for content in (TOUCHING, SENSING, ROLLING, AMONG_OTHERS, FLYING):
         _compile_run(content)
 
 
 def _compile_run(content):
-    """Compile the loops that a run of the scenario ``content`` uses."""
+    """Compile the loops that a run of the scenario ``content`` uses, with the sensors that it records."""
     with chosen("1"):
-        experiment = Experiment(scenario_from_dict(content))
+        scenario = scenario_from_dict(content)
+        experiment = Experiment(scenario)
         try:
             experiment.begin()
+            experiment.watch(dict.fromkeys(range(scenario.n), scenario.record))
             for _ in range(steps_of(experiment.scenario)):
                 experiment.go_on()
         finally:
@@ -102,7 +106,7 @@ def _compile_run(content):
 @printing
 def main(argv=None):
     """Compile for the scenarios named, and print for which; by default for all that ship, and the loops of
-    contacts, of forces and of text.
+    contacts, of rays, of forces and of text.
 
     Exits with 2 without numba, where the environment forbids compiling, and for bad scenarios.
     """

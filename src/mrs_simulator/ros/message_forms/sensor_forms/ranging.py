@@ -7,8 +7,8 @@ from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.ros.message_forms.messages import MessageError
 from mrs_simulator.ros.message_forms.sensor_forms.cloud import Cloud
 from mrs_simulator.ros.message_forms.sensor_forms.form import Form
+from mrs_simulator.sensors.placing import echoes
 from mrs_simulator.sensors.types import TYPES
-from mrs_simulator.sensors.types.placing import echoes
 from mrs_simulator.sensors.types.ranging import RangeReading
 
 SILENT = 1e-5  # [m] short of the greatest distance, from which on there was no echo

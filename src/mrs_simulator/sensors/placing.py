@@ -12,10 +12,10 @@ def carried(pose, place):
     return np.stack([pose[:, :1] + cos * x - sin * y, pose[:, 1:2] + sin * x + cos * y], axis=-1)
 
 
-def directions(theta, angle):
-    """Return the unit vectors (m, K, 2) of ``angle`` (K,) [rad] from headings ``theta`` (m,) [rad]."""
+def turned(theta, along):
+    """Return the vectors ``along`` (K, 2) turned by headings ``theta`` (m,) [rad], (m, K, 2)."""
     cos, sin = (each[:, np.newaxis] for each in cos_sin(theta))
-    c, s = cos_sin(angle)
+    c, s = along[:, 0], along[:, 1]
     return np.stack([cos * c - sin * s, sin * c + cos * s], axis=-1)
 
 

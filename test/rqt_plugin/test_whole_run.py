@@ -140,6 +140,7 @@ def test_run_starts_the_controller_of_the_team_as_edited(taken):
     whole.answered("reset", True)
     if not taken:
         whole.follow()
+        team.is_taken.return_value = True
         whole.answered("set_team", True)
     whole.follow()
     assert not study.do.called  # the simulation does not know yet how long the run lasts
@@ -147,6 +148,25 @@ def test_run_starts_the_controller_of_the_team_as_edited(taken):
     whole.answered("pause_after", True)
     study.do.assert_called_once_with("control")
     assert team.send_now.called == (not taken)
+
+
+@pytest.mark.parametrize("edited_before_the_answer", [True, False])
+def test_run_sends_a_team_that_was_edited_while_the_simulation_began(edited_before_the_answer):
+    """Sent after the controller's start, the team would end that controller."""
+    whole, study, team = whole_run(taken=True)
+    whole.answered("reset", True)
+    if edited_before_the_answer:
+        whole.follow()
+        team.is_taken.return_value = False
+        whole.answered("pause_after", True)
+    team.is_taken.return_value = False
+    whole.follow()
+    assert team.send_now.called and not study.do.called
+    team.is_taken.return_value = True
+    whole.answered("set_team", True)
+    whole.follow()
+    whole.answered("pause_after", True)
+    study.do.assert_called_once_with("control")
 
 
 def test_a_run_that_is_given_up_has_no_end_of_itself():

@@ -169,6 +169,7 @@ class Engine:
         said = failure(raised(cause)) if cause is not None else "{}: {}".format(LAW_FAILED, error)
         self._running, self._trouble = False, said
         self._record.fail(error)
+        self._send_status()
 
     def _open(self, scenario, running):
         """Make the experiment of ``scenario`` in place of what there was."""
@@ -188,6 +189,7 @@ class Engine:
         self._pacer.resume()
         self._link.send("run", directory)
         self._publish_settings()
+        self._send_status()  # before the first step, which may take long
 
     def close(self):
         """Finish the files of the run, and free what the world holds."""
@@ -306,13 +308,14 @@ class Engine:
 
     def _begin_anew(self, staged):
         """Simulate the team of ``staged`` from its beginning; a controller of as many robots stands by."""
-        world = World.from_scenario(staged)
+        world, had_controller = World.from_scenario(staged), self._experiment is not None
         self.close()
         self._world, self._experiment = world, None
         self._home = self._staged = staged
         self._running, self._paused = False, False
         self._link.send("run")
-        self._link.send("control_ended", "")
+        if had_controller:  # else it would be said of one that is asked for meanwhile
+            self._link.send("control_ended", "")
         self._send_state(is_sample=False)
 
     def _on_set_parameters(self, values):
@@ -363,14 +366,17 @@ class Engine:
         if now - self._last["picture"] >= (PICTURE if moves else REST):
             self._send_state(is_sample=False)
         if now - self._last["status"] >= STATUS:
-            self._last["status"] = now
             self._pacer.measure()
-            self._link.send("stage", self._stage())
-            if self._experiment is not None:
-                self._link.send("control", self._controller())
-                if self._watched:
-                    readings = self._experiment.sensors.readings(self.world.time)
-                    self._link.send("readings", (self.world.time, readings))
+            self._send_status()
+            if self._experiment is not None and self._watched:
+                readings = self._experiment.sensors.readings(self.world.time)
+                self._link.send("readings", (self.world.time, readings))
+
+    def _send_status(self):
+        self._last["status"] = time.monotonic()
+        self._link.send("stage", self._stage())
+        if self._experiment is not None:
+            self._link.send("control", self._controller())
 
     def _send_state(self, is_sample):
         self._last["picture"] = time.monotonic()

@@ -72,6 +72,10 @@ class WholeRun:
             self.wait_for(after if success else "")
         elif name == self.waits == "set_team":
             self.wait_for("simulation" if success else "")
+        elif name == self.waits == "pause_after" and not self._team.is_taken():
+            self.wait_for(
+                "simulation"
+            )  # edited meanwhile: a team sent later would end the controller
         elif name == self.waits == "pause_after":
             said = self._study.do("control")
             self._say(said)
@@ -94,12 +98,15 @@ class WholeRun:
             self._follow_run()
 
     def _follow_start(self):
+        is_there = self.waits == "simulation" and not self._study.state.no_start()
         if self._study.is_controlled() and self.waits == "controller":
             self.wait_for("end")
-        elif self.waits == "controller's end" and not self._study.is_controlled():
+        elif (self.waits == "controller's end" and not self._study.is_controlled()) or (
+            is_there and not self._team.is_taken() and self._study.connection.is_fresh("state")
+        ):
             self.wait_for("set_team")
             self._say(self._team.send_now())
-        elif self.waits == "simulation" and not self._study.state.no_start():
+        elif is_there and self._team.is_taken():
             self._study.stage.end_after(self._study.scenario.duration)
             self.wait_for("pause_after")
         elif self.waits == "simulation" and self._study.stage.is_gone():

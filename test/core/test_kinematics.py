@@ -243,6 +243,18 @@ def test_the_greatest_of_any_numbers():
     assert kin.max_abs(np.array([1.0, -np.inf])) == np.inf
 
 
+@pytest.mark.parametrize("n", [1, 7, 6000])
+def test_values_within_a_bound_are_those_whose_greatest_is(n):
+    values = np.zeros((n, 2), order="F")
+    values[-1, 1] = -2.0
+    for bound, within in ((2.0, True), (2.5, True), (1.9, False), (1e12, True), (np.inf, True)):
+        assert kin.are_within(values, bound) is within
+    for other in (np.nan, np.inf, 1e200):
+        values[n // 2, 1] = other
+        assert not kin.are_within(values, 1e12)
+    assert kin.are_within(np.empty((0, 2)), 1.0)
+
+
 @pytest.mark.parametrize("shape", [(5, 1), (4, 3, 2), (2, 7, 4)])
 def test_the_greatest_of_each_row(shape):
     values = np.random.default_rng(2).normal(size=shape)

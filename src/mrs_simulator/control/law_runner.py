@@ -11,7 +11,7 @@ from mrs_simulator.control.network import Network
 from mrs_simulator.control.positions import Position, RaisedPosition
 from mrs_simulator.control.twists import check_finite, commands_of
 from mrs_simulator.control.velocities import neighbours_of, own_velocity, team_velocities, turned_by
-from mrs_simulator.core.kinematics import max_abs
+from mrs_simulator.core.kinematics import are_within
 from mrs_simulator.sensors.readings import readings_by_number
 
 FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
@@ -95,7 +95,7 @@ class LawRunner:
         else:
             u, pointing = self._wanted_velocities(pose)
             given = u, pose, control.joints, control.l, control.period
-            if max_abs(u) <= FASTEST:  # nor is nan
+            if are_within(u, FASTEST):
                 return team.command_within(*given, control.saturation, pointing)
             command = team.command(*given, pointing)
         if team.is_within(command):

@@ -31,6 +31,7 @@ HAND_LENGTH = Parameter(
 )
 
 
+ONE_THREAD = 10000  # [-] numbers up to which linear algebra starts no threads
 # [rad] changes no turn that is one; sin(TINY_ANGLE)/TINY_ANGLE is 1, where sin(0)/0 is no number.
 TINY_ANGLE = 1.2345678e-300
 DIGITS = (
@@ -69,6 +70,17 @@ def max_abs(values):
     """
     size = np.abs(values).ravel(order="K")
     return size.item(size.argmax()) if size.size else 0.0
+
+
+def are_within(values, bound):
+    """Return whether no absolute value of ``values`` exceeds ``bound``, nor is nan.
+
+    The sum of the squares mostly says so, in half of the time of :func:`max_abs`.
+    """
+    flat = values.ravel(order="K")
+    if flat.size < ONE_THREAD and flat.dot(flat) < bound * bound:
+        return True
+    return max_abs(values) <= bound
 
 
 def max_of_rows(values):

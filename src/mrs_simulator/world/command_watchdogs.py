@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.arrays import read_only
-from mrs_simulator.core.kinematics import max_abs
+from mrs_simulator.core.kinematics import are_within
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch
 from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.part import Part
@@ -54,7 +54,7 @@ class Commands(Part):
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        fit = max_abs(commands) <= FASTEST  # nor is nan
+        fit = are_within(commands, FASTEST)
         if not fit:
             finite = (np.abs(commands) <= FASTEST).all(axis=1)
             rows = np.arange(self._team.n)[rows]

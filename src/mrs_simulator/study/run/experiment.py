@@ -13,7 +13,7 @@ from mrs_simulator.control.user_code import call, print_raised, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
 from mrs_simulator.core.garbage import collected_later
-from mrs_simulator.core.kinematics import max_abs
+from mrs_simulator.core.kinematics import are_within
 from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
@@ -311,7 +311,7 @@ class Experiment:
 
     def _check_near(self, world):
         places = world.pose[:, :2]
-        if not max_abs(places) <= FARTHEST:  # nor is nan
+        if not are_within(places, FARTHEST):
             far = np.flatnonzero(~(np.abs(places) <= FARTHEST).all(axis=1))
             self.halt()
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"

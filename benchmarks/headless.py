@@ -3,11 +3,11 @@
 
     python3 benchmarks/headless.py [--quick] [--keep]
 
-The world has no obstacles, steps of 20 ms, a command at each step, collisions checked, watchdogs on;
-"recorded": at 10 Hz to run.csv, by orjson where it is installed.  "From its start": by wall time, while the
-robots move; in the other rows most of seven have arrived.  In the crowd robots touch all the time.
-Beside them pybullet writes poses of massless bodies, a load known from other simulators' figures.  With
-``--keep`` the figures go to benchmarks/history.csv.
+The world has no obstacles but where lasers see them, steps of 20 ms, a command at each step, collisions
+checked, watchdogs on; "recorded": at 10 Hz to run.csv, by orjson where it is installed.  "From its start":
+by wall time, while the robots move; in the other rows most of seven have arrived.  In the crowd robots
+touch all the time.  Beside them pybullet writes poses of massless bodies, a load known from other
+simulators' figures.  With ``--keep`` the figures go to benchmarks/history.csv.
 """
 
 import argparse
@@ -30,7 +30,7 @@ from mrs_simulator import PioneerControl, load_scenario, make_twist
 from mrs_simulator.core import edge_terms
 from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.record.recording import Recorder
-from mrs_simulator.scenario.scenario import DEFAULT_KIND, Control, Scenario
+from mrs_simulator.scenario.scenario import DEFAULT_KIND, Control, Scenario, scenario_from_dict
 from mrs_simulator.scenario.team.layouts import make_layout
 from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.world.world import EVERY, World
@@ -109,6 +109,38 @@ class RandomWalk(PioneerControl):
         if self.time >= self.until:
             self.u, self.until = self.draw.uniform(-1.0, 1.0, hand.shape), self.until + 1.0
         return self.u
+
+
+class Looks(PioneerControl):
+    """Robots drive in circles of half a metre; one stands while it sees something nearer than that."""
+
+    SENSORS = ("laser",)
+
+    def start(self):
+        self.seen = None
+
+    def pointMassLaw(self, hand):
+        if self.readings is not self.seen:
+            self.seen = self.readings
+            scans = [self.readings[number].laser.ranges for number in self.numbers]
+            self.speed = np.where(np.array(scans).min(axis=1) < 0.5, 0.0, 0.2)
+        angle = 0.4 * self.time
+        return self.speed[:, np.newaxis] * [math.cos(angle), math.sin(angle)]
+
+
+def lasers_of(n):
+    """Return the scenario of n robots 3 m apart among 20 boxes, with lasers all around of 10 m range."""
+    side, draw = math.ceil(math.sqrt(n)), np.random.default_rng(1)
+    places = 3.0 * np.array(list(itertools.product(range(side + 2), repeat=2))) - 1.5
+    boxes = [
+        {"type": "box", "center": place, "size": [1.0, 0.5], "yaw": draw.uniform(-3.0, 3.0)}
+        for place in draw.permutation(places)[:20].tolist()
+    ]
+    poses = [[3.0 * (k % side), 3.0 * (k // side), 0.0] for k in range(n)]
+    laser = {"type": "laser", "rays": 360, "angles": ["-180 deg", "179 deg"], "rate": 10.0}
+    laser["noise"] = {"stddev": "1 cm"}
+    content = {"poses": poses, "obstacles": boxes, "sensors": [{"mounts": {"laser": laser}}]}
+    return scenario_from_dict(dict(content, limits="top"))
 
 
 def crowd_of(n):
@@ -229,6 +261,7 @@ RUNS = (  # from their start: the scenario, the law, sizes
         (7, 100, 1000, MANY),
     ),
     ("a crowd", crowd_of, RandomWalk, (100, 1000, MANY)),
+    ("a law that reads lasers", lasers_of, Looks, (7, 100)),
     (
         "the fast engine",
         lambda n: scenario_of(n, "dynamic")._replace(engine="planar"),

@@ -18,7 +18,9 @@ import history  # noqa: E402, beside what it kept
 PROGRAMS = ("headless", "vehicles", "startup", "growth", "recording", "mixed_teams")
 MACHINE = ("cpu", "cores", "versions")
 WHOLE = "a run from its start, recorded"
-CROWD_RUN, PLANAR_RUN = (run + WHOLE[5:] for run in ("a crowd", "the fast engine"))
+CROWD_RUN, PLANAR_RUN, LASER_RUN = (
+    run + WHOLE[5:] for run in ("a crowd", "the fast engine", "a law that reads lasers")
+)
 HOOK, ARRAYS = "kinematic, by calculateControlLaw", "kinematic, by arrays"
 CROWD = "kinematic, a crowd in contact"
 COMPILED = ", compiled"
@@ -37,6 +39,9 @@ SPEEDS = {
             ("wheels with forces, planar engine, compiled", PLANAR_RUN + COMPILED),
             ("wanted", (1000, 300, 60, "")),
             ("the same by numpy alone", PLANAR_RUN),
+            ("lasers of 360 rays at 10 Hz that a law reads, compiled", LASER_RUN + COMPILED),
+            ("wanted", (400, 60, "", "")),
+            ("the same by numpy alone", LASER_RUN),
         ),
     ),
     "loop": (

@@ -38,8 +38,8 @@ from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles.drives import compiled_flight, quadrotor_forces
 from mrs_simulator.world.contact import bodies, collisions, compiled_contacts, contacts
 from mrs_simulator.world.incidents.faults import Faults
-from mrs_simulator.world.motion import compiled as compiled_motion
 from mrs_simulator.world.motion import (
+    commanded_steps,
     compiled_rolling,
     crowd_steps,
     fused_stepping,
@@ -48,6 +48,7 @@ from mrs_simulator.world.motion import (
     rolling_steps,
     stretches,
 )
+from mrs_simulator.world.motion import compiled as compiled_motion
 from mrs_simulator.world.part import Part
 from mrs_simulator.world.world import World
 
@@ -460,6 +461,7 @@ def test_contacts_and_forces_are_compiled_ahead():
         compiled_contacts.compiled_push(),
         compiled_contacts.compiled_note(),
         crowd_steps.compiled_step(),
+        commanded_steps.compiled_steps(),
         *compiled_rays.compiled_loops(),
         rolling_steps.compiled_roll_step(),
         *compiled_rolling.kernels(),

@@ -84,10 +84,10 @@ def has_form(control):
 
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """
-    return hasattr(getattr(type(control), "pointMassLaw", None), "form") and _is_bare(control)
+    return hasattr(getattr(type(control), "pointMassLaw", None), "form") and is_bare(control)
 
 
-def _is_bare(control):
+def is_bare(control):
     """Return whether ``pointMassLaw`` and limits alone decide on the commands of ``control``."""
     own = type(control)
     replaced = (

@@ -98,9 +98,14 @@ class LawRunner:
             if are_within(u, FASTEST):
                 return team.command_within(*given, control.saturation, pointing)
             command = team.command(*given, pointing)
-        if team.is_within(command):
+        return self.limited(command)
+
+    def limited(self, command):
+        """Return ``command`` (n, a) within limits; ``ControlError`` where it is not finite."""
+        control = self._control
+        if control.team.is_within(command):
             return command
-        check_finite(command, control.numbers, team.axes)
+        check_finite(command, control.numbers, control.team.axes)
         return control.saturated(command, control.saturation)
 
     def _set_joints(self, time, joints):
@@ -138,10 +143,17 @@ class LawRunner:
         if self.is_by_neighbours:
             u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
-            u = team_velocities(control.pointMassLaw(hand), len(control.numbers), control.dimension)
+            u = self.velocities(hand, control.time)
         if control.safety_filter.acts:
             self._unlimited = u
         return u, pointing
+
+    def velocities(self, points, time):
+        """Return the velocities (n, d) [m/s] that ``pointMassLaw`` wants of ``points`` (n, d) [m]."""
+        control = self._control
+        control.__dict__["time"] = time  # as _keep, in less time
+        wanted = control.pointMassLaw(points)
+        return team_velocities(wanted, len(control.numbers), control.dimension)
 
     def seen_by(self, row, pose, hand):
         """Return what :meth:`neighbourLaw` wants of the robot in ``row``, (d,) [m/s].

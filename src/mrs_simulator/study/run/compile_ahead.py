@@ -18,6 +18,7 @@ from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
 from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run.experiment import Experiment, steps_of
 
+LAST = 10  # [-] steps of a run that are made from command to command where that can be
 MEETING = {  # under the safety filter
     "poses": [[0.0, 0.0, 0.0], [1.5, 0.0, 3.1416]],
     "limits": "firmware",
@@ -97,8 +98,10 @@ def _compile_run(content):
         try:
             experiment.begin()
             experiment.watch(dict.fromkeys(range(scenario.n), scenario.record))
-            for _ in range(steps_of(experiment.scenario)):
+            while experiment.step < steps_of(scenario) - LAST:
                 experiment.go_on()
+            for _ in experiment.stepping():
+                pass
         finally:
             experiment.world.close()
 

@@ -30,6 +30,7 @@ from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
 from mrs_simulator.study.run.sensor_sizes import with_sizes
 from mrs_simulator.study.run.snapshots import global_streams, kept_of
+from mrs_simulator.study.run.stepping import Stepping
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
@@ -116,14 +117,9 @@ class Experiment:
         Raises ``LawFailed`` after all robots were commanded to stop.
         """
         self.begin()
-        if self._can_leap():
-            for (stamp,), (pose,), (command,) in self._leaping():
-                yield stamp, pose, command
-            return
-        steps = steps_of(self.scenario)
-        while self.step < steps:
-            if self.go_on():
-                yield self.sample()
+        blocks = self._leaping() if self._can_leap() else self.stepping()
+        for (stamp,), (pose,), (command,) in blocks:
+            yield stamp, pose, command
 
     def record(self, recorder):
         """Step through the scenario, and record it; yield how many samples were recorded each time.
@@ -131,15 +127,14 @@ class Experiment:
         Raises as :meth:`samples` does.
         """
         self.begin()
-        if self._is_basic and self._can_leap():
-            most = max(1, ROWS_AT_ONCE // self.scenario.n)
-            for block in self._leaping(most=most):
+        most = max(1, ROWS_AT_ONCE // self.scenario.n) if self._is_basic else 1
+        for block in self._leaping(most) if self._can_leap() else self.stepping(most):
+            if len(block[0]) > 1:
                 recorder.block(*block)
-                yield len(block[0])
-            return
-        for stamp, pose, command in self.samples():
-            recorder.sample(stamp, self.state(pose, command))
-            yield 1
+            else:
+                (stamp,), (pose,), (command,) = block
+                recorder.sample(stamp, self.state(pose, command))
+            yield len(block[0])
 
     def compile(self):
         """Compile what takes the world from sample to sample, and make a step by it, where that can be.
@@ -260,10 +255,15 @@ class Experiment:
 
     def _is_compilable(self):
         """Return whether ``Leaps`` could take the world from sample to sample."""
-        if not has_form(self.control) or self.trace is not None:
-            return False
+        return has_form(self.control) and self.can_leap
+
+    @property
+    def can_leap(self):
+        """Return whether nothing but the law looks at robots between two samples, and they can leap."""
         read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
-        return not read and self.world.can_leap(self.scenario.steps_per_command)
+        if read or self.trace is not None:
+            return False
+        return self.world.can_leap(self.scenario.steps_per_command)
 
     def _can_leap(self):
         """Return whether ``Leaps`` are to take the world from sample to sample."""
@@ -282,6 +282,24 @@ class Experiment:
         if self.step < 0:
             self.command_all()
         return Leaping(self, most).blocks(steps_of(self.scenario) if steps is None else steps)
+
+    def stepping(self, most=1):
+        """Return the blocks of up to ``most`` samples of robots that go from command to command."""
+        steps = steps_of(self.scenario)
+        stepping = Stepping(self, most) if Stepping.fits(self) else None
+        while self.step < steps:
+            if stepping is not None and stepping.is_worth():
+                yield from stepping.block(steps)
+            elif self.go_on():
+                stamp, pose, command = self.sample()
+                yield [stamp], pose[np.newaxis], command[np.newaxis]
+
+    def command_as(self, velocity):
+        """Command all robots so that their points have the ``velocity`` (n, d) [m/s] that the law wants."""
+        control, pose = self.control, self.world.pose
+        command = self.asked(control.runner.limited, control.commands_for(velocity, pose))
+        if not self.world.set_commands(EVERY, command):
+            self._refuse_too_fast(command)
 
     def command_all(self):
         """Ask the law, and command all robots."""

@@ -289,13 +289,12 @@ class Bodies:
         ``after`` it.  None where it cannot be, with nothing done.
         """
         room = self.room, self._free, (pose if self._looked is None else self._looked)[:, :2].T
-        listed = self._list.listed_last() or self._list.listed(given[0][0][:2].T)
+        known = self.looked_up(given[0][0].T)
         for _ in range(2):
-            known = (pose.T, *after), room, *self._looked_up(listed)
-            hits, nearest, moved, left = step(*given, *known)
+            hits, nearest, moved, left = step(*given, (pose.T, *after), room, *known)
             if hits != STALE:
                 break
-            listed = self._list.listed(pose[:, :2])
+            known = self._looked_up(self._list.listed(pose[:, :2]))
         else:
             return None
         self.room, self._measured = left, None
@@ -306,6 +305,25 @@ class Bodies:
             self._measured = pose, nearest, moved
         self._free = self.room = 0.0 if hits else self._room_to_move(pose)
         self._looked = pose[:, :2]
+        return self._touches(hits)
+
+    @property
+    def looked(self):
+        """Return where robots were (n, 2) when they were last looked at, None before; and how far [m] each
+        may be from there, and may still move, before any two bodies can touch."""
+        return self._looked, self._free, self.room
+
+    def looked_up(self, pose):
+        """Return what ``crowd_steps.step_all`` takes as ``pairs`` of robots at ``pose`` (n, 3)."""
+        return self._looked_up(self._list.listed_last() or self._list.listed(pose[:, :2]))
+
+    def go_on_from(self, pose, headings, looked, hits):
+        """Go on from where a loop has moved robots to; return the contacts, of so many pairs.
+
+        ``headings``: cosine and sine of those of ``pose`` (n, 3), or None; ``looked`` as above.
+        """
+        self._looked, self._free, self.room = looked
+        self._headed, self._measured = headings and (pose, headings), None
         return self._touches(hits)
 
     @property

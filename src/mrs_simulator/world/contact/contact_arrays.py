@@ -1,6 +1,7 @@
 """Contacts of one step: those of robots with each other as arrays, which one by one cost too much."""
 
 import functools
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -40,11 +41,8 @@ class Touches(Sequence):
 
     def starts(self, pairs, time):
         """Return the ``Collision``s of the ``pairs`` (k,) of robots that begin to touch at ``time`` [s]."""
-        columns = self.first[pairs], self.second[pairs], self._pairs[0][pairs]
-        return [
-            Collision(time, robot_name(first), robot_name(second), x, y)
-            for first, second, (x, y) in zip(*(each.tolist() for each in columns))
-        ]
+        rows = self.first[pairs], self.second[pairs]
+        return begun_at(np.full(len(pairs), time), *rows, *self._pairs[0][pairs].T)
 
     def __len__(self):
         return len(self.first) + len(self.others)
@@ -52,6 +50,14 @@ class Touches(Sequence):
     def __getitem__(self, k):
         k = range(len(self))[k]
         return self.pair(k) if k < len(self.first) else self.others[k - len(self.first)]
+
+
+def begun_at(times, first, second, x, y):
+    """Return the ``Collision``s of pairs of robots in rows, (k,), that begin at ``times`` (k,) [s]."""
+    names = (map(robot_name, rows.tolist()) for rows in (first, second))
+    values = times.tolist(), *names, x.tolist(), y.tolist(), itertools.repeat(0.0)
+    # Of a named tuple's own constructor it would take twice as long.
+    return list(map(tuple.__new__, itertools.repeat(Collision), zip(*values)))
 
 
 @functools.lru_cache(maxsize=MOST_ROBOTS)

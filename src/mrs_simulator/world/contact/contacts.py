@@ -97,6 +97,18 @@ class Contacts(Part):
         self.closest = min(self.closest, self._motion.closest())
         return self.closest
 
+    @property
+    def pairs(self):
+        """Return the pairs that have touched of late, ``first * MOST_ROBOTS + second`` (m,), ascending, and
+        the steps of their last contacts (m,); the last one is none."""
+        return self._pairs, self._steps
+
+    def go_on_from(self, pairs, steps, closest, new):
+        """Go on from ``pairs`` and ``steps`` as :attr:`pairs` has them, the distance ``closest`` [m] so far
+        and ``new`` collisions."""
+        self._pairs, self._steps, self.closest = pairs, steps, closest
+        self._new += new
+
     def take(self):
         """Return the collisions begun since the last call."""
         taken, self._new = self._new, []

@@ -166,27 +166,46 @@ class KinematicMotion:
 
     def _step_by_loop(self, command):
         """As :meth:`advance`, of unicycles in a crowd, in one compiled call; return whether that can be."""
-        if self._is_alike is None:
-            self._is_alike = self.can_leap and self.team.groups[0].drive is differential
-        if not (self._is_alike and self._bodies.is_plain):
+        if not self.is_crowd:
             return False
         step = same_bits(compiled_step)
         if step is None:
             return False
-        if self._bounds is None:
-            self._bounds = self._bounds_of_leaps()
+        limits, *bounds = self.crowd_given()
         n, before = self.team.n, self.pose
         pose, inner = np.empty((n, 3), order="F"), np.empty((n, 2), order="F")
         after = inner.T, (np.empty(n), np.empty(n))
-        share = self.step * DIAGONAL if SHORT < self._reach < np.inf else 0.0
         state = before.T, self._inner.T, self._bodies.headings(before)
-        obeyed = np.asfortranarray(command).T, *self._bounds
-        given = state, obeyed, self.step, (self._reach, share)
+        given = state, (np.asfortranarray(command).T, limits), *bounds
         contacts = self._bodies.step_by_loop(step, given, pose, after)
         if contacts is None:
             return False
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, contacts
         return True
+
+    @property
+    def is_crowd(self):
+        """Return whether ``crowd_steps`` move these robots: unicycles, rectangles on open ground."""
+        if self._is_alike is None:
+            self._is_alike = self.can_leap and self.team.groups[0].drive is differential
+        return self._is_alike and self._bodies.is_plain
+
+    def crowd_given(self):
+        """Return what ``crowd_steps.step_all`` takes that stays: the limits, and what is after them."""
+        if self._bounds is None:
+            self._bounds = self._bounds_of_leaps()
+        share = self.step * DIAGONAL if SHORT < self._reach < np.inf else 0.0
+        return *self._bounds, self.step, (self._reach, share)
+
+    def lend(self):
+        """Return poses (n, 3), inner states (n, a) and bodies, which another moves from here on, up to
+        :meth:`go_on_from`."""
+        return self.pose, self._inner, self._bodies
+
+    def go_on_from(self, pose, inner, *seen):
+        """Go on from poses (n, 3), inner states (n, a) and what ``Bodies.go_on_from`` takes after these."""
+        self.pose, self._inner, self._twist = pose, inner, None
+        self._contacts = self._bodies.go_on_from(pose, *seen)
 
     @property
     def can_leap(self):

@@ -1,0 +1,243 @@
+"""Steps from command to command in one compiled call, under laws that Python runs: with numpy's bits."""
+
+import signal
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl
+from mrs_simulator.record.recording import Recorder
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run import stepping
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
+from mrs_simulator.study.run.stepping import Stepping
+from mrs_simulator.world.contact import bodies, collisions
+from mrs_simulator.world.motion import commanded_steps
+from mrs_simulator.world.motion.commanded_steps import (
+    BY_STEP,
+    CROWDED,
+    DUE,
+    ENOUGH,
+    STALE,
+)
+
+
+class Walk(PioneerControl):
+    """Points move at velocities that are drawn anew, and remember where they were."""
+
+    SPEED = 1.0
+
+    def start(self):
+        self.draw, self.u, self.met = np.random.default_rng(0), None, []
+
+    def pointMassLaw(self, hand):
+        self.met.append((self.time, hand))
+        if self.u is None or self.time % 1.0 < 0.3:
+            self.u = self.draw.uniform(-self.SPEED, self.SPEED, hand.shape)
+        return self.u
+
+
+class Raises(Walk):
+    def pointMassLaw(self, hand):
+        if self.time > 0.7:
+            raise ValueError("enough")
+        return super().pointMassLaw(hand)
+
+
+class Stops(Walk):
+    def pointMassLaw(self, hand):
+        if self.time > 0.7:
+            signal.raise_signal(signal.SIGINT)
+        return super().pointMassLaw(hand)
+
+
+class Breaks(Walk):
+    def pointMassLaw(self, hand):
+        return super().pointMassLaw(hand) + (np.nan if self.time > 0.7 else 0.0)
+
+
+class Hurries(Walk):
+    def pointMassLaw(self, hand):
+        return super().pointMassLaw(hand) * (3e12 if self.time > 0.7 else 1.0)
+
+
+class Flees(Walk):
+    def pointMassLaw(self, hand):
+        return super().pointMassLaw(hand) * (0.9e12 if self.time > 0.7 else 1.0)
+
+
+class Stands(Walk):
+    SPEED = 0.0
+
+
+def crowd(**changes):
+    content = {
+        "robots": 12,
+        "poses": {"layout": "grid", "spacing": 0.7},
+        "limits": "top",
+        "duration": 3.0,
+    }
+    content.update(changes)
+    return scenario_from_dict(content, "test")
+
+
+@pytest.fixture(params=["loops", "numba"])
+def compiled(request, monkeypatch):
+    """Return a function from which on steps are made by the loops, as Python runs them or compiled."""
+    if request.param == "numba":
+        pytest.importorskip("numba")
+    by_loops = [commanded_steps.steps_between, commanded_steps.compiled_steps]
+    monkeypatch.setattr(stepping, "same_bits", lambda *_, **__: None)
+
+    def start():
+        step, ends = by_loops[0] if request.param == "loops" else by_loops[1](), []
+
+        def noted(*given):
+            result = step(*given)
+            ends.append(result[1])
+            return result
+
+        monkeypatch.setattr(stepping, "same_bits", lambda *_, **__: noted)
+        return ends
+
+    return start
+
+
+def run(scenario, law, tmp_path):
+    """Return all that a run under ``law`` tells, and what became of its experiment."""
+    experiment, said = Experiment(scenario, law), None
+    path = tmp_path / "run.csv"
+    with Recorder(path, experiment.control.numbers, layout=experiment.layout) as file:
+        try:
+            counts = list(experiment.record(file))
+        except (LawFailed, KeyboardInterrupt) as error:
+            counts, said = None, repr(error)
+    world, met = experiment.world, experiment.control.met
+    motion = world.motion
+    told = [path.read_bytes(), experiment.collisions, said, world.contacts.closest, experiment.step]
+    told += [world.time, world.pose.tobytes(), world.twist.tobytes(), world.command.tobytes()]
+    told += [motion._inner.tobytes(), list(motion.contacts()), world.commands.received.tolist()]
+    told += [world.commands.commanded.tolist(), world.commands.refused.tolist()]
+    told += [[(time, points.tobytes()) for time, points in met]]
+    return told, counts, experiment
+
+
+CASES = {
+    "crowd": {},
+    "of two kinds": {
+        "model": ["pioneer3dx", "husky"] * 6,
+        "poses": {"layout": "grid", "spacing": 1.0},
+    },
+    "apart": {"poses": {"layout": "grid", "spacing": 8.0}},
+    "two": {"robots": 2, "poses": [[0.0, 0.0, 0.3], [0.72, 0.0, 2.0]], "duration": 8.0},
+    "rates": {"control": {"rate": 12.5}, "record_rate": 5, "duration": 3.02},
+    "rarely": {"control": {"rate": 5}, "record_rate": 12.5, "duration": 2.98},
+    "unsaturated": {"control": {"saturation": "none"}},
+    "as a team": {"control": {"saturation": "team"}},
+    "without limits": {"limits": None},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_robots_go_from_command_to_command_as_step_by_step(case, compiled, tmp_path):
+    wanted, each, by_step = run(crowd(**CASES[case]), Walk, tmp_path)
+    ends = compiled()
+    told, counts, experiment = run(crowd(**CASES[case]), Walk, tmp_path)
+    assert told == wanted
+    assert max(each) == 1 < max(counts) and sum(counts) == sum(each)
+    assert bool(experiment.collisions) == (case != "apart")
+    assert set(ends) <= {DUE, ENOUGH, STALE, BY_STEP, CROWDED}
+    assert ends.count(BY_STEP) < 0.1 * by_step.step
+
+
+@pytest.mark.parametrize("law", [Raises, Stops, Breaks, Hurries, Flees, Stands])
+@pytest.mark.parametrize("changes", [{}, CASES["unsaturated"]], ids=["", "unsaturated"])
+def test_a_law_ends_a_run_as_step_by_step(law, changes, compiled, tmp_path):
+    wanted, _, _ = run(crowd(**changes), law, tmp_path)
+    compiled()
+    told, _, _ = run(crowd(**changes), law, tmp_path)
+    assert told == wanted
+    assert (wanted[2] is None) == (law is Stands or law in (Hurries, Flees) and not changes)
+
+
+@pytest.mark.parametrize("skin, loose", [(0.06, 0.02), (0.02, 0.3)])
+def test_pairs_are_listed_anew_as_robots_go(skin, loose, compiled, tmp_path, monkeypatch):
+    monkeypatch.setattr(bodies, "LOOSE", loose)
+    for module in (bodies, collisions, commanded_steps):
+        monkeypatch.setattr(module, "SKIN", skin)
+    given = crowd(robots=7, poses={"layout": "circle", "radius": 0.9})
+    wanted, _, _ = run(given, Walk, tmp_path)
+    ends = compiled()
+    told, _, _ = run(given, Walk, tmp_path)
+    assert told == wanted
+    assert ends.count(STALE) > 50 and ends.count(CROWDED) + ends.count(BY_STEP) > 0
+
+
+def pushed(experiment):
+    """Return the samples of an experiment whose robots are pushed, and stepped back once, meanwhile."""
+    samples, told, kept = experiment.samples(), [], None
+    for count in range(2, 24):
+        told.append(np.column_stack(next(samples)[1:]).tobytes())
+        if count == 8:
+            kept = experiment.snapshot()
+        if count % 5 == 0:
+            experiment.push(3, (0.3, -0.1))
+        if count == 14:
+            experiment.restore(kept)
+            samples = experiment.samples()
+    return told, experiment.collisions, experiment.world.time
+
+
+def test_robots_that_are_pushed_between_samples_go_on_from_there(compiled):
+    wanted = pushed(Experiment(crowd(), Walk))
+    ends = compiled()
+    assert pushed(Experiment(crowd(), Walk)) == wanted and DUE in ends
+
+
+def test_where_sensors_are_read_robots_go_step_by_step_from_then_on(compiled):
+    ends, experiment = compiled(), Experiment(crowd(), Walk)
+    samples = experiment.samples()
+    [next(samples) for _ in range(3)]
+    begun = len(ends)
+    experiment.watch({0: ("sonar",)})
+    [next(samples) for _ in range(3)]
+    assert 0 < begun == len(ends) and experiment.sensors.readings(experiment.world.time)
+
+
+@pytest.mark.parametrize("apart, is_used", [(0.7, True), (8.0, False)])
+def test_crowds_that_touch_for_long_are_stepped_so_by_themselves(apart, is_used, monkeypatch):
+    asked = []
+    monkeypatch.setattr(stepping, "same_bits", lambda _, size: asked.append(size))
+    given = crowd(poses={"layout": "grid", "spacing": apart}, duration=1.0)
+    for _ in Experiment(given, Walk).samples():
+        pass
+    assert (5 in asked) == is_used and set(asked) <= {0, 5}
+
+
+class Filtered(Walk):
+    def commands(self, *known):
+        return 0.5 * super().commands(*known)
+
+
+class ByHook(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {}
+
+
+@pytest.mark.parametrize(
+    "law, changes",
+    [
+        (Filtered, {}),
+        (ByHook, {}),
+        (Walk, {"control": {"safety": True}}),
+        (Walk, {"control": {"deadband": 0.01}}),
+        (Walk, {"requirements": {"near": "speed < 90 m/s"}}),
+        (Walk, {"obstacles": [{"type": "cylinder", "center": [9.0, 0.8], "radius": 0.2}]}),
+        (Walk, {"model": "robotino3"}),
+        (Walk, {"robots": 1}),
+        (Walk, {"odometry": "wheel"}),
+    ],
+)
+def test_what_else_acts_goes_step_by_step(law, changes):
+    assert Stepping.fits(Experiment(crowd(), Walk))
+    assert not Stepping.fits(Experiment(crowd(**changes), law))

@@ -3,15 +3,8 @@
 import math
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QComboBox,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSlider,
-    QVBoxLayout,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QComboBox, QLabel, QPushButton, QSlider, QWidget
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 FARTHEST, STEPS = 8.0, 60  # [-] times the gain at the end of the slider, which has so many steps
@@ -41,13 +34,8 @@ class AheadBar(QWidget):
         self.slider.setMinimumWidth(8 * self.fontMetrics().height())
         self.keep.setToolTip("Run it from the beginning, judge it, and put it on the list of runs")
         self.clear_button.setToolTip("Change nothing")
-        row, column = QHBoxLayout(), QVBoxLayout(self)
-        for widget in (self.gain, self.slider, self._value, self.keep, self.clear_button):
-            row.addWidget(widget, int(widget is self.slider))
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(1)
-        column.addLayout(row)
-        column.addWidget(self.text)
+        first = row_of(self.gain, (self.slider, 1), self._value, self.keep, self.clear_button)
+        column_of(first, self.text, owner=self, margins=0, spacing=1)
         self.gain.currentIndexChanged.connect(self._on_chosen)
         self.slider.valueChanged.connect(self._on_slider)
         self.keep.clicked.connect(guarded(lambda *_: self.keep_asked.emit()))

@@ -19,16 +19,10 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
 from mrs_simulator.rqt_plugin.curves.source import USUAL_AXES, Source
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QTimer
 from mrs_simulator.rqt_plugin.qt.QtGui import QFontInfo, QPalette
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QCheckBox,
-    QHBoxLayout,
-    QLineEdit,
-    QTabBar,
-    QVBoxLayout,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QCheckBox, QLineEdit, QTabBar, QWidget
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets import pacing
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.draw.compared_panels import run_line
 from mrs_simulator.study.draw.figure_parts import marks_of
@@ -217,12 +211,8 @@ class DrawnCurves(QWidget):
         self.plot = CurvesPlot()
         self.canvas = _Canvas(self.plot)
         self.canvas.prepare = self._prepare
-        row, column = QHBoxLayout(), QVBoxLayout(self)
-        for widget, stretch in ((self.tabs, 1), (self.field, 0), (self.follow, 0)):
-            row.addWidget(widget, stretch)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(row)
-        column.addWidget(self.canvas, 1)
+        above = row_of((self.tabs, 1), self.field, self.follow)
+        column_of(above, (self.canvas, 1), owner=self, margins=0)
 
     def _take_look(self):
         """Take sizes from the font and colours from the palette."""

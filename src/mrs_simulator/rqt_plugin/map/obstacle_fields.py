@@ -3,13 +3,8 @@
 import math
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QButtonGroup,
-    QHBoxLayout,
-    QLabel,
-    QToolButton,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QButtonGroup, QLabel, QToolButton, QWidget
+from mrs_simulator.rqt_plugin.widgets.boxes import row_of
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.fields import TextField
@@ -53,28 +48,28 @@ class ObstacleFields(QWidget):
     def __init__(self, view, parent=None):
         super().__init__(parent)
         self._view, self._editor = view, view.editor
-        row = FlowLayout(self)
+        flow = FlowLayout(self)
         self.shapes, self.fields, self._labels, self._names = {}, {}, {}, {}
-        self._build_shapes(row)
-        self._build_buttons(row)
+        self._build_shapes(flow)
+        self._build_buttons(flow)
         for name in NUMBERS:
-            row.addWidget(self._build_field(name))
+            flow.addWidget(self._build_field(name))
         self.show_selected()
 
-    def _build_shapes(self, row):
+    def _build_shapes(self, flow):
         chosen = QButtonGroup(self)
         for shape, text, tip in SHAPES:
             button = QToolButton(text=text, toolTip=tip, checkable=True, styleSheet=CHECKED)
             chosen.addButton(button)
             button.toggled.connect(guarded(lambda on, s=shape: on and self._choose(s)))
-            row.addWidget(button)
+            flow.addWidget(button)
             self.shapes[shape] = button
         self.shapes["box"].setChecked(True)
 
     def _choose(self, shape):
         self._editor.shape = shape
 
-    def _build_buttons(self, row):
+    def _build_buttons(self, flow):
         editor, view = self._editor, self._view
         self.buttons = {}
         for name, text, tip, action in (
@@ -84,14 +79,12 @@ class ObstacleFields(QWidget):
         ):
             button = self.buttons[name] = QToolButton(text=text, toolTip=tip, accessibleName=name)
             button.clicked.connect(guarded(lambda *_, do=action: do()))
-            row.addWidget(button)
+            flow.addWidget(button)
         self.set_undoable(False, False)
 
     def _build_field(self, name):
         text, unit, _ = NUMBERS[name]
         group, field = QWidget(), TextField(is_number=True)
-        inner = QHBoxLayout(group, spacing=3)
-        inner.setContentsMargins(5, 0, 0, 0)
         label = self._labels[name] = QLabel(text)
         label.setBuddy(field)
         wide = WIDE * WIDER if "yaw" in NUMBERS[name][2] else WIDE
@@ -99,8 +92,7 @@ class ObstacleFields(QWidget):
         field.setToolTip("of the obstacle selected [{}]".format(unit))
         field.finished.connect(guarded(lambda: self._on_finished(name)))
         field.given_up.connect(guarded(lambda: self._show_number(name)))
-        inner.addWidget(label)
-        inner.addWidget(field)
+        row_of(label, field, owner=group, margins=(5, 0, 0, 0), spacing=3)
         self.fields[name] = field
         return group
 

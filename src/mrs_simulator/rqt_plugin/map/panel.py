@@ -13,14 +13,13 @@ from mrs_simulator.rqt_plugin.qt.QtGui import QKeySequence, QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QMenu,
     QShortcut,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -88,28 +87,23 @@ class MapPanel(QWidget):
         fit.setToolTip("Fit the team and what is near it into view (F)")
         fit.clicked.connect(guarded(lambda *_: self.map.fit()))
         self._row.addWidget(fit)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addLayout(self._row)
-        layout.addWidget(self.map, 1)
+        column_of(self._row, (self.map, 1), owner=self, margins=0)
 
     def _build_modes(self):
         self._group = group = QWidget()
-        row = QHBoxLayout(group, spacing=0)
-        row.setContentsMargins(0, 0, 12, 0)
         group.setMinimumWidth(1)  # else no window is narrow enough to fold them
         self._row.addWidget(group)
         for mode, text, _ in MODES:
             button = QToolButton(text=text, toolTip=TIPS[mode], checkable=True, styleSheet=CHECKED)
             button.setAutoExclusive(True)
-            row.addWidget(button)
             button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
             self.modes[mode] = button
+        self.lesser = ModeMenu(self.modes)
+        parts = *self.modes.values(), self.lesser
+        row_of(*parts, owner=group, margins=(0, 0, 12, 0), spacing=0)
         self._say_hint("look")
         self.modes["look"].setChecked(True)
-        self.lesser = ModeMenu(self.modes)
         self.lesser.fold(True)  # lest a narrow window is widened before it is first shown
-        row.addWidget(self.lesser)
 
     def bind_keys(self, owner):
         """Let Ctrl and a digit choose what the mouse does, while the focus is in ``owner``."""
@@ -128,10 +122,7 @@ class MapPanel(QWidget):
         self.help.setAutoFillBackground(True)
         self.help.setFrameShape(QFrame.StyledPanel)
         self.hint.setWordWrap(True)
-        column = QVBoxLayout(self.help, spacing=1)
-        column.setContentsMargins(4, 1, 4, 1)
-        column.addWidget(self.obstacles)
-        column.addWidget(self.ahead)
+        column_of(self.obstacles, self.ahead, owner=self.help, margins=(4, 1, 4, 1), spacing=1)
         Overlay(self.help, self.map, self.map.rect)
         # What lies below a hint can be seen, and clicked.
         self.hint.setMargin(2)

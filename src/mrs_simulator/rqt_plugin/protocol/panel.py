@@ -7,14 +7,13 @@ from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
     QStyle,
-    QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, page_of, row_of
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox, TextField
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -40,7 +39,9 @@ class ProtocolPanel(QWidget):
         self.form = ParameterForm()
         self.form.changed.connect(self.parameters_changed)
         self._empty = QLabel("This protocol has no parameters.", wordWrap=True)
-        self._defaults = QPushButton("Defaults", clicked=self._on_defaults)
+        self._defaults = QPushButton(
+            "Defaults", clicked=guarded(lambda *_: self.form.set_defaults())
+        )
         self._defaults.setToolTip("Reset all parameters to the protocol's defaults")
         self.safety = QCheckBox("Safety filter")
         self.safety.setToolTip(
@@ -69,33 +70,17 @@ class ProtocolPanel(QWidget):
         self._problem = MessageLabel()
 
     def _build_layout(self):
-        layout = QVBoxLayout(self)
-        first, second, last = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
-        first.addWidget(QLabel("Protocol"))
-        first.addWidget(self.combo, 1)
-        first.addWidget(self._file)
-        self._class_label = QLabel("Class")
-        second.addWidget(self._class_label)
-        second.addWidget(self.class_field, 1)
-        last.addWidget(self.safety)
-        last.addStretch(1)
-        last.addWidget(self._defaults)
-        layout.addLayout(first)
-        layout.addLayout(second)
-        layout.addWidget(self._problem)
-        layout.addWidget(self._empty)
-        layout.addWidget(self._scrolled_form(), 1)
-        layout.addLayout(last)
-
-    def _scrolled_form(self):
-        inner = QWidget()
-        column = QVBoxLayout(inner)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.form)
-        column.addStretch(1)
-        self._scroll = _FormArea()
-        self._scroll.setWidget(inner)
-        return self._scroll
+        self._class_label, self._scroll = QLabel("Class"), _FormArea()
+        self._scroll.setWidget(page_of(self.form, 1, margins=0))
+        column_of(
+            row_of(QLabel("Protocol"), (self.combo, 1), self._file),
+            row_of(self._class_label, (self.class_field, 1)),
+            self._problem,
+            self._empty,
+            (self._scroll, 1),
+            row_of(self.safety, 1, self._defaults),
+            owner=self,
+        )
 
     # The protocol --------------------------------------------------------------------------------
 

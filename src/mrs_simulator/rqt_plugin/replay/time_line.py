@@ -3,17 +3,16 @@
 from mrs_simulator.rqt_plugin.qt.QtCore import QSize, Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
-    QHBoxLayout,
     QLabel,
     QSizePolicy,
     QSlider,
     QStyle,
     QStyleOptionSlider,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.replay.time_cursor import SPEEDS
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 STEPS = 10000  # [-] of the slider
@@ -90,17 +89,9 @@ class TimeLine(QWidget):
         self.speed.activated.connect(self._on_speed)
         widest = self.fontMetrics().horizontalAdvance("past: 0000.00 of 0000.0 s")
         self.label.setMinimumWidth(widest)
-        row, texts = QHBoxLayout(self), QVBoxLayout()
-        texts.setSpacing(0)
-        texts.addWidget(self.run)
-        texts.addWidget(self.label)
-        row.setContentsMargins(2, 0, 2, 0)
-        row.setSpacing(4)
-        row.addWidget(self.play)
-        row.addWidget(self.slider, 3)
-        row.addLayout(texts, 2)
-        row.addWidget(self.speed)
-        row.addWidget(self.newest)
+        texts = column_of(self.run, self.label, spacing=0), 2
+        parts = self.play, (self.slider, 3), texts, self.speed, self.newest
+        row_of(*parts, owner=self, margins=(2, 0, 2, 0), spacing=4)
         for each in (self.run, self.label):
             each.setMaximumHeight(self.speed.sizeHint().height() // 2)
         self.slider.valueChanged.connect(self._on_slider)

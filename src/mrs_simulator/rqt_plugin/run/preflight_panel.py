@@ -1,14 +1,9 @@
 """Findings of the preflight, and the button to start in spite of those that a person may judge."""
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QCheckBox,
-    QHBoxLayout,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QCheckBox, QPushButton, QWidget
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 
@@ -43,16 +38,8 @@ class PreflightPanel(QWidget):
         self.start_button = QPushButton("Start anyway", toolTip=START_TIP)
         self.judged.toggled.connect(self.start_button.setEnabled)
         self.start_button.clicked.connect(self._on_start)
-        layout, first, last = QVBoxLayout(self), QHBoxLayout(), QHBoxLayout()
-        layout.setContentsMargins(4, 4, 4, 4)
-        first.addWidget(self._title, 1)
-        first.addWidget(self.copy)
-        last.addWidget(self.judged)
-        last.addWidget(self.start_button)
-        last.addStretch(1)
-        layout.addLayout(first)
-        layout.addWidget(self.table, 1)
-        layout.addLayout(last)
+        first, last = row_of((self._title, 1), self.copy), row_of(self.judged, self.start_button, 1)
+        column_of(first, (self.table, 1), last, owner=self, margins=4)
         self._title.say(BEFORE)
         self._offer(False)
 

@@ -4,17 +4,16 @@ import re
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QHBoxLayout,
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
     QSplitter,
     QTabWidget,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, page_of, row_of
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -64,13 +63,10 @@ class ProgramsPanel(QWidget):
         self.across.setStretchFactor(1, 1)
         line = self.fontMetrics().height()
         self.across.setSizes([WIDE * line, 2 * WIDE * line])
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addWidget(self.across)
+        column_of(self.across, owner=self, margins=4)
 
     def _build_programs(self):
-        page, first, last = QWidget(), FlowLayout(), QHBoxLayout()
-        self.buttons = {}
+        self.buttons, first = {}, FlowLayout()
         for name, text, tip in ACTIONS:
             button = self.buttons[name] = QToolButton(text=text, toolTip=tip)
             button.clicked.connect(guarded(lambda *_, n=name: self.asked.emit(n, self.selected)))
@@ -80,14 +76,7 @@ class ProgramsPanel(QWidget):
         self.command.returnPressed.connect(self._on_added)
         self.add = QPushButton("Add", toolTip="Add the command to the list without starting it")
         self.add.clicked.connect(self._on_added)
-        last.addWidget(self.command, 1)
-        last.addWidget(self.add)
-        layout = QVBoxLayout(page)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addLayout(first)
-        layout.addWidget(self.table, 1)
-        layout.addLayout(last)
-        return page
+        return page_of(first, (self.table, 1), row_of((self.command, 1), self.add), margins=0)
 
     def hide_absent(self, absent):
         """Disable what is ``absent``, with the reason; names as of ``Connection.absent``."""

@@ -4,17 +4,16 @@ from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QFont, QPixmap
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPlainTextEdit,
     QProgressBar,
     QPushButton,
     QSplitter,
     QStyle,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.search.results import ASSURE, BREAK, MARGINS
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, page_of, row_of
 from mrs_simulator.rqt_plugin.widgets.fields import PatientSpinBox, TextField
 from mrs_simulator.rqt_plugin.widgets.form_beside import FormBeside
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -52,16 +51,12 @@ class SearchPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         form, results = self._build_form(), self._build_results()
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(FormBeside(form, results, FORM))
+        column_of(FormBeside(form, results, FORM), owner=self, margins=0)
         self._suggested = ""
         self.set_running(False)
 
     def _build_form(self):
-        form, grid = QWidget(), QGridLayout()
-        column = QVBoxLayout(form)
-        column.setContentsMargins(4, 4, 4, 4)
+        grid = QGridLayout()
         self.vary = QPlainTextEdit(tabChangesFocus=True, placeholderText=EMPTY)
         self.vary.setFont(_fixed_font(self))
         self.vary.setFixedHeight(4 * self.fontMetrics().height())
@@ -79,39 +74,30 @@ class SearchPanel(QWidget):
             (self.confidence, "Confidence", "Assure: how sure one wants to be of that share"),
         )
         self.notes = {"vary": MessageLabel()}
-        label = QLabel("What may vary")
-        label.setBuddy(self.vary)
-        for widget in (label, self.vary, self.notes["vary"]):
-            column.addWidget(widget)
-        for row, (field, title, tip) in enumerate(rows):
+        first = QLabel("What may vary")
+        first.setBuddy(self.vary)
+        for place, (field, title, tip) in enumerate(rows):
             label = QLabel(title)
             label.setBuddy(field)
             note = self.notes[title] = MessageLabel()
             for widget in (label, field):
                 widget.setToolTip(tip)
-            grid.addWidget(label, 2 * row, 0)
-            grid.addWidget(field, 2 * row, 1)
-            grid.addWidget(note, 2 * row + 1, 0, 1, 2)
+            grid.addWidget(label, 2 * place, 0)
+            grid.addWidget(field, 2 * place, 1)
+            grid.addWidget(note, 2 * place + 1, 0, 1, 2)
         grid.setColumnStretch(1, 1)
-        self._build_buttons(column)
-        column.addLayout(grid)
-        column.addStretch(1)
-        return form
+        return page_of(first, self.vary, self.notes["vary"], *self._build_buttons(), grid, 1)
 
-    def _build_buttons(self, column):
-        self.buttons, beside = {}, QHBoxLayout()
+    def _build_buttons(self):
+        self.buttons = {}
         for name, title, tip in BUTTONS:
             button = self.buttons[name] = QPushButton(title, toolTip=tip)
             button.clicked.connect(guarded(lambda *_, n=name: self.asked.emit(n)))
-        column.addWidget(self.buttons[BREAK])
-        for name in (ASSURE, MARGINS):
-            beside.addWidget(self.buttons[name])
         self.cancel = QPushButton("Cancel", clicked=guarded(lambda *_: self.cancel_asked.emit()))
-        beside.addWidget(self.cancel)
-        column.addLayout(beside)
+        beside = row_of(self.buttons[ASSURE], self.buttons[MARGINS], self.cancel)
+        return self.buttons[BREAK], beside
 
     def _build_results(self):
-        page, row = QWidget(), QHBoxLayout()
         self.title, self.bar, self.text = MessageLabel("aside"), QProgressBar(), QPlainTextEdit()
         self.text.setReadOnly(True)
         self.text.setFont(_fixed_font(self))
@@ -122,23 +108,15 @@ class SearchPanel(QWidget):
         self.load.setToolTip("Open the scenario that broke, in place of the one that is edited")
         self.show_run.clicked.connect(guarded(lambda *_: self.run_asked.emit()))
         self.load.clicked.connect(guarded(lambda *_: self.scenario_asked.emit()))
-        for widget in (self.show_run, self.load):
-            row.addWidget(widget)
-        row.addStretch(1)
         self.shown_figure = scrolled(self.figure)
         self.beside = QSplitter(Qt.Horizontal)
         self.beside.addWidget(self.text)
         self.beside.addWidget(self.shown_figure)
         self.beside.splitterMoved.connect(guarded(lambda *_: self._fit_figure()))
-        column = QVBoxLayout(page)
-        column.setContentsMargins(4, 4, 4, 4)
-        for widget in (self.title, self.bar):
-            column.addWidget(widget)
-        column.addLayout(row)
-        column.addWidget(self.beside, 1)
+        whole = page_of(self.title, self.bar, row_of(self.show_run, self.load, 1), (self.beside, 1))
         self.title.say(BEFORE)
         self.show_result(None)
-        return page
+        return whole
 
     # Showing -------------------------------------------------------------------------------------
 

@@ -3,15 +3,10 @@
 import math
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QLabel, QSizePolicy, QWidget
 from mrs_simulator.rqt_plugin.sensing.picture import Picture
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -47,28 +42,17 @@ class SensorsPanel(QWidget):
         self.robots.setToolTip("The robot whose sensors are shown")
         self.robots.activated.connect(self._on_chosen)
         self.table = ResultsTable(HEADERS, widest=READING)
-        row = QHBoxLayout()
         label = QLabel("Robot")
         label.setBuddy(self.robots)
         self.robots.setFixedWidth(int(10 * self.fontMetrics().averageCharWidth()))
         self.robots.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Fixed)  # beside the note
-        for widget, stretch in ((label, 0), (self.robots, 0), (self.note, 1)):
-            row.addWidget(widget, stretch)
-        row.addStretch(0)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addLayout(row)
-        layout.addWidget(self.state)
-        below, beside = QHBoxLayout(), QVBoxLayout()
         self.picture, self.looks = Picture(), NoWheelComboBox()
         self.looks.addItems(["Picture", "Depth"])
         self.looks.setToolTip("What is shown of the camera")
         self.looks.hide()
-        beside.addWidget(self.looks, 0, Qt.AlignTop)
-        beside.addWidget(self.picture, 1)
-        below.addWidget(self.table, 1)
-        below.addLayout(beside)
-        layout.addLayout(below, 1)
+        above = row_of(label, self.robots, (self.note, 1), 0)
+        below = row_of((self.table, 1), column_of((self.looks, 0, Qt.AlignTop), (self.picture, 1)))
+        column_of(above, self.state, (below, 1), owner=self, margins=4)
         self.note.say(CHOOSE)
 
     @property

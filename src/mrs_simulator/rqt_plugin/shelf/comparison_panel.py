@@ -1,17 +1,11 @@
 """Tables of what differs between the runs compared: parameters, and claims with their results."""
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QApplication,
-    QHBoxLayout,
-    QPushButton,
-    QSplitter,
-    QVBoxLayout,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QApplication, QPushButton, QSplitter, QWidget
 from mrs_simulator.rqt_plugin.shelf.comparison import claim_rows, parameter_rows
 from mrs_simulator.rqt_plugin.verdict.panel import TINTS, WORDS, shown
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, page_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
@@ -38,17 +32,9 @@ class ComparisonPanel(QWidget):
         self._copy.setToolTip("Copy both tables for a spreadsheet")
         self._copy.clicked.connect(self._on_copy)
         self._tables, self.parameters, self.claims = QSplitter(Qt.Horizontal), None, None
-        line = QHBoxLayout()
-        line.addWidget(self._title, 1)
-        line.addWidget(self._copy)
-        page, whole = QWidget(), QVBoxLayout(self)
-        layout = QVBoxLayout(page)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addLayout(line)
-        layout.addWidget(self._tables, 1)
+        whole = page_of(row_of((self._title, 1), self._copy), (self._tables, 1))
         self._tables.setMinimumHeight(LEAST * self.fontMetrics().height())
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(scrolled(page))
+        column_of(scrolled(whole), owner=self, margins=0)
         self.compare([])
 
     def compare(self, runs):

@@ -2,18 +2,17 @@
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QMenu,
     QPushButton,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.shelf.run_details import RunDetails
 from mrs_simulator.rqt_plugin.shelf.run_list import RunList, size_text
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 
@@ -51,23 +50,16 @@ class ShelfPanel(QWidget):
         self._filter.setPlaceholderText("Filter")
         self._filter.setToolTip("Words that name, protocol, verdict or note contain")
         self._filter.setClearButtonEnabled(True)
-        self._filter.textChanged.connect(self._on_filter)
+        self._filter.textChanged.connect(guarded(lambda *_: self._list()))
         self.menu = QToolButton(text="Folders", popupMode=QToolButton.InstantPopup)
         self.menu.setMenu(QMenu(self.menu))
         self._sizes = QMenu("Keep at most", self.menu)
         self.clear = QPushButton("Compare none")
         self.clear.clicked.connect(guarded(lambda *_: self.list.clear_compared()))
         self.clear.setVisible(False)
-        top = QHBoxLayout()
-        for widget, stretch in ((self._filter, 1), (self.clear, 0), (self.menu, 0)):
-            top.addWidget(widget, stretch)
-        layout = QVBoxLayout(self, spacing=4)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addLayout(top)
-        layout.addWidget(self._hint)
-        layout.addWidget(self.list, 1)
-        layout.addWidget(self._build_details())
-        layout.addLayout(self._build_foot())
+        top = row_of((self._filter, 1), self.clear, self.menu)
+        parts = top, self._hint, (self.list, 1), self._build_details(), self._build_foot()
+        column_of(*parts, owner=self, margins=4, spacing=4)
         self.list.selectionModel().selectionChanged.connect(self._on_current)
         self.list.runs.modelReset.connect(self._on_current)
         self.list.compared_changed.connect(self._on_compared)
@@ -91,10 +83,7 @@ class ShelfPanel(QWidget):
         self._size.setEnabled(False)
         self.undo.clicked.connect(guarded(lambda *_: self.undo_asked.emit()))
         self.undo.setVisible(False)
-        row = QHBoxLayout()
-        row.addWidget(self._size, 1)
-        row.addWidget(self.undo)
-        return row
+        return row_of((self._size, 1), self.undo)
 
     # Showing -------------------------------------------------------------------------------------
 
@@ -134,9 +123,6 @@ class ShelfPanel(QWidget):
     def offer_undo(self, offered):
         """Offer to bring back the run that was deleted last, or no longer."""
         self.undo.setVisible(offered)
-
-    def _on_filter(self, *_):
-        self._list()
 
     def _list(self):
         words = self._filter.text().lower().split()

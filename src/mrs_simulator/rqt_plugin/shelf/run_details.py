@@ -3,13 +3,13 @@
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QMenu,
     QToolButton,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.widgets.boxes import row_of
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -31,11 +31,11 @@ class RunDetails(QWidget):
         grid = QGridLayout(self, spacing=4)
         grid.setContentsMargins(0, 0, 0, 0)
         self.name, self.note = QLineEdit(), QLineEdit()
-        for row, (field, title) in enumerate(((self.name, "Name"), (self.note, "Note"))):
+        for place, (field, title) in enumerate(((self.name, "Name"), (self.note, "Note"))):
             label = QLabel(title)
             label.setBuddy(field)
-            grid.addWidget(label, row, 0)
-            grid.addWidget(field, row, 1)
+            grid.addWidget(label, place, 0)
+            grid.addWidget(field, place, 1)
             field.editingFinished.connect(guarded(lambda f=field, key=title: self._on_text(f, key)))
         self.pin = QToolButton(text="Pin", toolTip=PIN_TIP, checkable=True, styleSheet=CHECKED)
         self.pin.clicked.connect(guarded(lambda on: self._on_pin(self._path, on)))
@@ -43,11 +43,7 @@ class RunDetails(QWidget):
         self.delete = QToolButton(text="Delete", toolTip=DELETE_TIP)
         self.scenario.clicked.connect(guarded(lambda *_: self.scenario_asked.emit(self._path)))
         self.delete.clicked.connect(guarded(lambda *_: self.delete_asked.emit(self._path)))
-        row = QHBoxLayout()
-        for button in (self.pin, self.scenario, self.delete):
-            row.addWidget(button)
-        row.addStretch(1)
-        grid.addLayout(row, 2, 0, 1, 2)
+        grid.addLayout(row_of(self.pin, self.scenario, self.delete, 1), 2, 0, 1, 2)
 
     def show_entry(self, entry):
         """Show the marks of an ``Entry``, but for a field that is being edited.

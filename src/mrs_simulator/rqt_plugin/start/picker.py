@@ -8,7 +8,6 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QApplication,
     QCheckBox,
     QDialog,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QListWidget,
@@ -17,9 +16,9 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QVBoxLayout,
 )
 from mrs_simulator.rqt_plugin.start.cards import SIZE, Cards
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen
 from mrs_simulator.scenario.shipped import shipped_scenarios
@@ -107,11 +106,8 @@ class ScenarioPicker(QDialog):
         self.list.setVerticalScrollMode(QListWidget.ScrollPerPixel)
         self.list.setAccessibleName("Scenarios")
         self.list.itemActivated.connect(self._on_item)
-        column = QVBoxLayout(self)
-        column.addWidget(self._find)
-        column.addWidget(self.list, 1)
-        column.addWidget(QLabel("A scenario's file can also be dragged onto the window."))
-        column.addLayout(self._build_buttons())
+        note = QLabel("A scenario's file can also be dragged onto the window.")
+        column_of(self._find, (self.list, 1), note, self._build_buttons(), owner=self)
         line = self.fontMetrics().height()
         self.resize(TEXT_ROOM * line, 38 * line)
         self.cards, self._groups = None, {}
@@ -120,7 +116,6 @@ class ScenarioPicker(QDialog):
         self._begin()
 
     def _build_buttons(self):
-        row = QHBoxLayout()
         self.at_start = QCheckBox("Show at the start")
         self.at_start.setChecked(self._memory.kept()["picker"])
         self.at_start.toggled.connect(guarded(lambda on: self._memory.change(picker=on)))
@@ -129,11 +124,7 @@ class ScenarioPicker(QDialog):
         opens.setDefault(True)
         opens.clicked.connect(guarded(lambda *_: self._on_item(self.list.currentItem())))
         closes.clicked.connect(self.close)
-        row.addWidget(self.at_start)
-        row.addStretch()
-        for button in (browse, opens, closes):
-            row.addWidget(button)
-        return row
+        return row_of(self.at_start, 0, browse, opens, closes)
 
     def _begin(self):
         recent = self._memory.recent()

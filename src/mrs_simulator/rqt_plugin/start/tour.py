@@ -2,13 +2,8 @@
 
 from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QPoint, QRect, Qt, QTimer, Signal
 from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QVBoxLayout,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QFrame, QLabel, QPushButton
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 WIDE = 20  # [lines of text] of a note
@@ -37,13 +32,9 @@ class Tour(QFrame):
         self.next, self.close_button = QPushButton("Next"), QPushButton("Close, never show again")
         self.next.clicked.connect(self._on_next)
         self.close_button.clicked.connect(self._on_close)
-        row, column = QHBoxLayout(), QVBoxLayout(self)
-        row.addWidget(self._count, 1)
-        row.addWidget(self.close_button)
-        row.addWidget(self.next)
-        column.addWidget(self.text)
-        column.addLayout(row)
-        self.setFixedWidth(max(WIDE * self.fontMetrics().height(), row.sizeHint().width() + 24))
+        below = row_of((self._count, 1), self.close_button, self.next)
+        column_of(self.text, below, owner=self)
+        self.setFixedWidth(max(WIDE * self.fontMetrics().height(), below.sizeHint().width() + 24))
         self._again = QTimer(self, singleShot=True)
         self._again.timeout.connect(self._place)
         self._followed = []  # what the note is about, and what that lies in

@@ -4,15 +4,14 @@ from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCompleter,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.sweep.axes import FEWEST, MOST, USUAL, AxisTexts, key_of
 from mrs_simulator.rqt_plugin.sweep.cells import MARGIN
 from mrs_simulator.rqt_plugin.sweep.map import SweepMap
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, page_of, row_of
 from mrs_simulator.rqt_plugin.widgets.fields import (
     NoWheelComboBox,
     PatientSpinBox,
@@ -48,17 +47,15 @@ class AxisForm:
         self.count.setRange(FEWEST, MOST)
         self.count.setValue(USUAL)
         self.count.setToolTip("Cells along this axis, evenly spaced")
-        row = grid.rowCount()
-        grid.addWidget(QLabel(title), row, 0)
-        grid.addWidget(self.name, row, 1, 1, 3)
-        ends = QHBoxLayout()
-        for widget in (self.low, QLabel("to"), self.high, QLabel("in"), self.count):
-            ends.addWidget(widget, int(isinstance(widget, TextField)))
-        grid.addLayout(ends, row + 1, 1, 1, 3)
+        first = grid.rowCount()
+        grid.addWidget(QLabel(title), first, 0)
+        grid.addWidget(self.name, first, 1, 1, 3)
+        ends = row_of((self.low, 1), QLabel("to"), (self.high, 1), QLabel("in"), self.count)
+        grid.addLayout(ends, first + 1, 1, 1, 3)
         self.notes = {}
         for place, name in enumerate(("name", "low", "high", "count")):
             note = self.notes[name] = MessageLabel()
-            grid.addWidget(note, row + 2 + place, 1, 1, 3)
+            grid.addWidget(note, first + 2 + place, 1, 1, 3)
         self.name.activated.connect(self._on_name)
         self.name.lineEdit().editingFinished.connect(self._on_name)
 
@@ -129,39 +126,20 @@ class SweepPanel(QWidget):
         self.quantity.addItem(MARGIN)
         self.quantity.setToolTip("What the colours of the cells show")
         self.quantity.currentIndexChanged.connect(self._on_quantity)
-        row = grid.rowCount()
-        grid.addWidget(QLabel("Colour"), row, 0)
-        grid.addWidget(self.quantity, row, 1, 1, 3)
+        last = grid.rowCount()
+        grid.addWidget(QLabel("Colour"), last, 0)
+        grid.addWidget(self.quantity, last, 1, 1, 3)
         self.start, self.cancel = QPushButton("Start sweep"), QPushButton("Cancel")
         self.start.setToolTip("Run each cell in the background, on all cores but one")
         self.cancel.setToolTip("End the sweep; what has ended stays")
         self.start.clicked.connect(guarded(lambda *_: self.start_asked.emit()))
         self.cancel.clicked.connect(guarded(lambda *_: self.cancel_asked.emit()))
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.start, 1)
-        buttons.addWidget(self.cancel)
         self.note, self.place = MessageLabel("aside"), MessageLabel("aside")
-        form = QWidget()
-        column = QVBoxLayout(form)
-        column.setContentsMargins(4, 4, 4, 4)
-        for part in (grid, buttons):
-            column.addLayout(part)
-        for part in (self.note, self.place):
-            column.addWidget(part)
-        column.addStretch(1)
-        self._build(form)
-        self.set_running(False)
-
-    def _build(self, form):
-        right = QWidget()
-        stack = QVBoxLayout(right)
-        stack.setContentsMargins(0, 0, 0, 0)
-        stack.addWidget(self.hint)
-        stack.addWidget(self.map, 1)
+        form = page_of(grid, row_of((self.start, 1), self.cancel), self.note, self.place, 1)
+        right = page_of(self.hint, (self.map, 1), margins=0)
         self.hint.say(BEFORE)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(FormBeside(form, right, FORM))
+        column_of(FormBeside(form, right, FORM), owner=self, margins=0)
+        self.set_running(False)
 
     def offer(self, keys):
         """Offer the ``SweptKey``s of the scenario as it is edited."""

@@ -3,7 +3,8 @@
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
 from mrs_simulator.rqt_plugin.qt.QtCore import Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVBoxLayout
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QGroupBox, QPushButton
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.team.layouts import LAYOUTS, make_layout
@@ -33,12 +34,7 @@ class LayoutBox(QGroupBox):
         self._another.setToolTip("Place all robots in another random layout, with the next seed")
         self.form = ParameterForm()
         self._values = {}  # of all layouts seen so far
-        column, line = QVBoxLayout(self), QHBoxLayout()
-        line.addWidget(self.names, 1)
-        line.addWidget(self._apply)
-        line.addWidget(self._another)
-        column.addLayout(line)
-        column.addWidget(self.form)
+        column_of(row_of((self.names, 1), self._apply, self._another), self.form, owner=self)
         self._on_name()
 
     def _on_name(self, *_):

@@ -7,18 +7,13 @@ import numpy as np
 from mrs_simulator import vehicles
 from mrs_simulator.core.compiling import in_time
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QLabel, QPushButton, QWidget
 from mrs_simulator.rqt_plugin.team.altitude_field import AltitudeField
 from mrs_simulator.rqt_plugin.team.layout_box import LayoutBox
 from mrs_simulator.rqt_plugin.team.model import NO_PAIRS, TeamModel, kind_name
 from mrs_simulator.rqt_plugin.team.spreadsheet import read_rows
 from mrs_simulator.rqt_plugin.team.table import TeamTable
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox, PatientSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -64,15 +59,10 @@ class TeamPanel(QWidget):
         self.layouts.chosen.connect(self._on_layout)
         self.layouts.refused.connect(self._refuse)
         self._build_number()
-        self._build_scenario_buttons()
+        first = self._build_scenario_buttons()
         self.model.refused.connect(self._refuse)
-        layout = QVBoxLayout(self)
-        layout.addLayout(self._first_line)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self.locked)
-        layout.addWidget(self.message)
-        layout.addWidget(self.overlaps)
-        layout.addWidget(self.layouts)
+        below = self.locked, self.message, self.overlaps, self.layouts
+        column_of(*first, (self.table, 1), *below, owner=self)
         self.set_editable(True)
         self.set_team([[0.0, 0.0, 0.0]], vehicles.KINDS[:1])
 
@@ -90,21 +80,14 @@ class TeamPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._on_selection)
 
     def _build_scenario_buttons(self):
-        self._open = QPushButton("Open scenario...", clicked=self._on_open)
+        self._open = QPushButton("Open scenario...")
+        self._open.clicked.connect(guarded(lambda *_: self.open_requested.emit()))
         self._open.setToolTip("Load team, protocol and surroundings from a scenario file")
-        self._save = QPushButton("Save scenario...", clicked=self._on_save)
+        self._save = QPushButton("Save scenario...")
+        self._save.clicked.connect(guarded(lambda *_: self.save_requested.emit()))
         self._save.setToolTip("Write team, protocol and surroundings to a scenario file")
-        self._first_line = QVBoxLayout()
-        buttons, number = QHBoxLayout(), QHBoxLayout()
-        buttons.addWidget(self._open, 1)
-        buttons.addWidget(self._save, 1)
-        number.addWidget(QLabel("Robots"))
-        number.addWidget(self.number)
-        number.addWidget(QLabel("Kind"))
-        number.addWidget(self.kind, 1)
-        self._first_line.addLayout(buttons)
-        self._first_line.addLayout(number)
-        self._first_line.addWidget(self.altitude_field)
+        number = row_of(QLabel("Robots"), self.number, QLabel("Kind"), (self.kind, 1))
+        return row_of((self._open, 1), (self._save, 1)), number, self.altitude_field
 
     # What is shown -------------------------------------------------------------------------------
 
@@ -340,12 +323,6 @@ class TeamPanel(QWidget):
     def _on_layout(self, poses):
         self._change(poses, self.kinds())
         self.arranged.emit()
-
-    def _on_open(self, *_):
-        self.open_requested.emit()
-
-    def _on_save(self, *_):
-        self.save_requested.emit()
 
     def _title(self, name):
         """Return the title of a kind, its name where it cannot be read."""

@@ -8,16 +8,15 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QComboBox,
     QFormLayout,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QPushButton,
     QSpinBox,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.fields import PointSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -49,25 +48,22 @@ class TopologyPanel(QWidget):
         self._show()
 
     def _build(self):
-        layout = QVBoxLayout(self)
-        layout.addLayout(self._build_presets())
+        presets = self._build_presets()
         self.as_directed = QCheckBox("directed: the neighbour sends to the robot")
         self.as_directed.setChecked(True)
         self.as_directed.toggled.connect(self._on_directed)
-        layout.addWidget(self.as_directed)
         self.table = QTableWidget(0, len(COLUMNS))
         self.table.setHorizontalHeaderLabels(COLUMNS)
         self.table.horizontalHeader().setSectionResizeMode(QHeaderView.Stretch)
         self.table.verticalHeader().hide()
         self.table.setSelectionBehavior(QAbstractItemView.SelectRows)
         self.table.cellChanged.connect(self._on_cell)
-        layout.addWidget(self.table, 1)
-        layout.addLayout(self._build_buttons())
-        layout.addLayout(self._build_figures())
+        remove = QPushButton("Remove selected", clicked=self._on_remove)
+        clear = QPushButton("Remove all", clicked=guarded(lambda *_: self._change([])))
+        below = row_of(remove, clear), self._build_figures()
+        column_of(presets, self.as_directed, (self.table, 1), *below, owner=self)
 
     def _build_presets(self):
-        row = QHBoxLayout()
-        row.addWidget(QLabel("Replace by"))
         self.preset = QComboBox()
         self.preset.addItems(MADE)
         self.preset.currentTextChanged.connect(self._on_preset)
@@ -77,18 +73,8 @@ class TopologyPanel(QWidget):
         self.seed.setRange(0, 10**6)
         make = QPushButton("Make", toolTip="Replace all edges by this preset")
         make.clicked.connect(self._on_make)
-        for widget in (self.preset, self.amount, self.seed, make):
-            row.addWidget(widget)
         self._on_preset(self.preset.currentText())
-        return row
-
-    def _build_buttons(self):
-        row = QHBoxLayout()
-        remove = QPushButton("Remove selected", clicked=self._on_remove)
-        clear = QPushButton("Remove all", clicked=self._on_clear)
-        row.addWidget(remove)
-        row.addWidget(clear)
-        return row
+        return row_of(QLabel("Replace by"), self.preset, self.amount, self.seed, make)
 
     def _build_figures(self):
         form = QFormLayout()
@@ -199,9 +185,6 @@ class TopologyPanel(QWidget):
     def _on_remove(self, *_):
         rows = {index.row() for index in self.table.selectedIndexes()}
         self._change([edge for row, edge in enumerate(self._edges) if row not in rows])
-
-    def _on_clear(self, *_):
-        self._change([])
 
     def _on_cell(self, row, column):
         if self._filling:

@@ -2,8 +2,9 @@
 
 from mrs_simulator.core.claims import QUESTIONS
 from mrs_simulator.rqt_plugin.qt.QtCore import Signal
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QPushButton, QWidget
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, page_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
@@ -62,17 +63,8 @@ class VerdictPanel(QWidget):
         self.table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
         self.copy = QPushButton("Copy", clicked=self.table.copy)
         self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        page, line = QWidget(), QHBoxLayout()
-        layout = QVBoxLayout(page)
-        layout.setContentsMargins(4, 4, 4, 4)
-        line.addWidget(self._title, 1)
-        line.addWidget(self.copy)
-        layout.addLayout(line)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self.more)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(scrolled(page))
+        whole = page_of(row_of((self._title, 1), self.copy), (self.table, 1), self.more)
+        column_of(scrolled(whole), owner=self, margins=0)
         self.copy.setEnabled(False)
         self._title.say(BEFORE)
         self._checks = []  # of the rows

@@ -6,15 +6,14 @@ from mrs_simulator.rqt_plugin.qt.QtCore import Qt, QTimer
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QHBoxLayout,
     QLabel,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.view.canvas import Canvas
 from mrs_simulator.rqt_plugin.widgets import pacing
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 PERIOD, BESIDE = 33, 100  # [ms] between pictures: of a view alone, and of one beside the map
@@ -45,17 +44,8 @@ class ViewPanel(QWidget):
         self._hint = hint = QLabel(HINT)
         hint.setEnabled(False)
         hint.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)  # cut off rather than wide
-        row = QHBoxLayout()
-        row.addWidget(hint, 1)
-        row.addStretch()
-        row.addWidget(self.beside)
-        row.addWidget(self.followed)
-        row.addWidget(top)
-        row.addWidget(fit)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addLayout(row)
-        layout.addWidget(self.canvas, 1)
+        above = row_of((hint, 1), 0, self.beside, self.followed, top, fit)
+        column_of(above, (self.canvas, 1), owner=self, margins=0)
         self.timer = QTimer(self, interval=PERIOD)
         self.timer.timeout.connect(self.refresh)
 

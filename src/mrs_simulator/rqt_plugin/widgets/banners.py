@@ -4,13 +4,13 @@ from mrs_simulator.rqt_plugin.qt.QtCore import QEvent, QSize, Qt
 from mrs_simulator.rqt_plugin.qt.QtGui import QPalette
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QFrame,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
+from mrs_simulator.rqt_plugin.widgets.boxes import row_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import DARK, breakable
 
@@ -80,13 +80,10 @@ class _Strip(QFrame):
         self.buttons = {}
         self.setAutoFillBackground(True)
         self._label = _Text()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 3, 4, 3)
-        row.addWidget(self._label, 1)
         for label, function in buttons:
             self.buttons[label] = button = QPushButton(label)
             button.clicked.connect(guarded(lambda *_, called=function: called()))
-            row.addWidget(button)
+        row_of((self._label, 1), *self.buttons.values(), owner=self, margins=(8, 3, 4, 3))
         self._paint()
 
     def say(self, text):

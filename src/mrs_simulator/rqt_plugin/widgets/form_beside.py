@@ -1,7 +1,8 @@
 """A form on the left of what it is about, above it where there is little room."""
 
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt
-from mrs_simulator.rqt_plugin.qt.QtWidgets import QSplitter, QStyle, QVBoxLayout, QWidget
+from mrs_simulator.rqt_plugin.qt.QtWidgets import QSplitter, QStyle, QWidget
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 
@@ -25,9 +26,7 @@ class FormBeside(QWidget):
         bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
         width = wide * self.fontMetrics().height() + bar
         self.across.setSizes([width, 2 * width])
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(scrolled(self.across))
+        column_of(scrolled(self.across), owner=self, margins=0)
 
     def resizeEvent(self, event):
         """Put the form beside its content where there is room for both."""

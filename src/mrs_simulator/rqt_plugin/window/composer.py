@@ -12,13 +12,12 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QComboBox,
     QDialog,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
 )
 from mrs_simulator.rqt_plugin.run.error_message import reason
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of, row_of
 from mrs_simulator.rqt_plugin.widgets.commas import comma_remark
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -66,18 +65,13 @@ class Composer(QDialog):
         height = SMALLEST * self.fontMetrics().height()
         self.preview.setMinimumSize(height, height)
         self.command = QLineEdit(readOnly=True)
-        layout, across, last = QVBoxLayout(self), QHBoxLayout(), QHBoxLayout()
-        across.addLayout(self._build_choices())
-        across.addWidget(self.preview, 1)
-        layout.addLayout(across, 1)
-        layout.addWidget(self.note)
+        across = row_of(self._build_choices(), (self.preview, 1))
         self.copy, self.save = QPushButton("Copy"), QPushButton("Save...")
         self.copy.setToolTip("Copy the command that makes this figure")
         self.copy.clicked.connect(self._on_copy)
         self.save.clicked.connect(self._on_save)
-        for widget, share in ((self.command, 1), (self.copy, 0), (self.save, 0)):
-            last.addWidget(widget, share)
-        layout.addLayout(last)
+        last = row_of((self.command, 1), self.copy, self.save)
+        column_of((across, 1), self.note, last, owner=self)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._on_timer)
         self._timer.start(EVERY)

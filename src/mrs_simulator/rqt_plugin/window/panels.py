@@ -10,7 +10,6 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QSizePolicy,
     QSplitter,
     QTabWidget,
-    QVBoxLayout,
     QWidget,
 )
 from mrs_simulator.rqt_plugin.replay.time_line import TimeLine
@@ -28,6 +27,7 @@ from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 from mrs_simulator.rqt_plugin.view.panel import ViewPanel
 from mrs_simulator.rqt_plugin.widgets.banners import Banners
+from mrs_simulator.rqt_plugin.widgets.boxes import column_of
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import MessageList
@@ -73,11 +73,8 @@ class StudyPanels(QWidget):
         self.across.setStretchFactor(1, 1)
         settings = SETTINGS * self.fontMetrics().height()
         self.across.setSizes([settings, max(settings, SIZE[0] - settings)])
-        layout = QVBoxLayout(self, spacing=4)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addWidget(self.bar)
-        layout.addWidget(self.across, 1)
-        layout.addLayout(self._build_status())
+        parts = self.bar, (self.across, 1), self._build_status()
+        column_of(*parts, owner=self, margins=4, spacing=4)
         Overlay(self.banners, self.map)
         self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right, self.map_panel)
         self.beside = SideBySide(self.view, self.results_tabs, self.views)

@@ -1,6 +1,8 @@
 """The command ``mrs-simulator``: all that needs no ROS, under one name."""
 
+import contextlib
 import importlib
+import os
 import signal
 import sys
 
@@ -34,6 +36,7 @@ COMMANDS = {
     "scenarios": ("scenario.shipped", "main", "list the scenarios that ship"),
 }
 BAD_INPUT = 2  # exit code
+TICKS = "20"  # [-] of a core's clock until they sleep, as a power of 2: less than a millisecond
 
 
 @printing
@@ -54,10 +57,21 @@ def main(argv=None):
     # An interrupt while modules load ends the program silently; then the command handles it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, function, _ = COMMANDS[name]
-    with below("mrs-simulator"):
+    # Threads of linear algebra, while they wait, would keep the cores busy for a tenth of a second.
+    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", TICKS)
+    with below("mrs-simulator"), _ahead(name, argv[1:]):
         with loading():
             command = getattr(importlib.import_module("mrs_simulator." + module), function)
         command(argv[1:])
+
+
+def _ahead(name, arguments):
+    """Return a context in which what draws begins to load before what runs does, where ``name`` draws."""
+    if name != "experiment":
+        return contextlib.nullcontext()
+    from mrs_simulator.study.draw.figure_process import ahead
+
+    return ahead(arguments)
 
 
 def _usage():

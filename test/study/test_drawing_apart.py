@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -62,7 +63,8 @@ def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
         raise OSError(28, "No space left on device", run.pose.shape)
 
     monkeypatch.setattr(figures, "figures", fail)
-    drawing = figure_process.Drawing(("png",))
+    drawing = figure_process.Drawing()
+    drawing.warm_up(("png",))
     assert not drawing.is_able
     recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3, memory=drawing.memory)
     drawing.begin(recorder)
@@ -83,7 +85,8 @@ def test_a_process_that_cannot_draw_is_reported(monkeypatch, tmp_path):
         raise ImportError("no matplotlib")
 
     monkeypatch.setattr(figures, "warm_up", missing)
-    drawing = figure_process.Drawing(("png",))
+    drawing = figure_process.Drawing()
+    drawing.warm_up(("png",))
     memory = drawing.memory
     with Recorder(str(tmp_path / "run.csv"), (1,), kept=1, memory=memory) as recorder:
         recorder.sample(0.0, StateTable(pose=np.zeros((1, 3)), command=np.zeros((1, 2))))
@@ -121,3 +124,62 @@ print([name for name in heavy if name in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, timeout=60)
     assert done.stdout.decode().strip() == "[]"
+
+
+def test_what_draws_begins_to_load_before_numpy_does(tmp_path):
+    code = """
+import os, sys
+fork = os.fork
+def told():
+    print("forked", "numpy" in sys.modules, flush=True)
+    return fork()
+os.fork, os.sched_getaffinity = told, lambda process: {0, 1}
+from mrs_simulator.__main__ import main
+main(sys.argv[1:])
+"""
+    command = [sys.executable, "-c", code, "experiment", PAPER, "--duration", "1"]
+    command += ["--formats", "png", "--out", str(tmp_path)]
+    done = subprocess.run(command, stdout=subprocess.PIPE, timeout=120)
+    lines = done.stdout.decode().splitlines()
+    assert lines.count("forked False") == 1  # and its twin once matplotlib is loaded
+    assert len(list(tmp_path.glob("*.png"))) == 5
+
+
+@pytest.fixture
+def two_cores(monkeypatch):
+    monkeypatch.setattr(figure_process, "cores", lambda: 2)
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    monkeypatch.setattr(figures, "warm_up", lambda formats: None)
+
+
+def has_ended(drawing):
+    with pytest.raises(ChildProcessError):
+        os.waitpid(drawing._process, os.WNOHANG)
+    return True
+
+
+def test_what_was_begun_ahead_draws_and_ends(two_cores):
+    with figure_process.ahead([PAPER, "--out", "here"]):
+        (begun,) = figure_process._begun
+        with figure_process.drawing(("png",)) as first:
+            assert first is begun
+            with figure_process.drawing(("png",)) as second:
+                assert second is not begun
+        assert has_ended(first) and has_ended(second)
+
+
+@pytest.mark.parametrize("formats", [None, ()])
+def test_what_was_begun_ahead_and_draws_nothing_ends_with_the_command(two_cores, formats):
+    with pytest.raises(SystemExit), figure_process.ahead([PAPER, "--out", "here"]):
+        (begun,) = figure_process._begun
+        if formats is not None:
+            with figure_process.drawing(formats) as apart:
+                assert apart is None
+        raise SystemExit(2)
+    assert has_ended(begun) and not figure_process._begun
+
+
+@pytest.mark.parametrize("other", ["--help", "--sweep=seed=0..3", "--sweep"])
+def test_nothing_is_begun_ahead_where_no_run_is_drawn(two_cores, other):
+    with figure_process.ahead([PAPER, other]):
+        assert not figure_process._begun

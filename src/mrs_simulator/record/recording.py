@@ -17,6 +17,7 @@ from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance_over
 from mrs_simulator.core.writing import Blocks, write_text
+from mrs_simulator.record import MOST_KEPT
 from mrs_simulator.record.beside import Beside, cores
 from mrs_simulator.record.kind_column import kind_fields, without_kinds
 from mrs_simulator.record.number_rows import AT_ONCE, Lines
@@ -29,7 +30,6 @@ from mrs_simulator.state.layout import STAMPS, basic_layout, layout_in
 from mrs_simulator.state.state_table import StateTable
 
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
-MOST_KEPT = 1 << 29  # [bytes] of numbers in memory; more are in a file that is mapped
 FREE = 4  # [-] times as much room as that file takes is wanted on its disk
 RELEASED = 1 << 26  # [bytes] of it that are written between two times that its pages are let go
 TOGETHER = 4000  # [-] rows of blocks that are written at once

@@ -1,8 +1,8 @@
 """Figures drawn by processes of their own, while a run goes on and while it is judged.
 
-They are forked before the world is loaded, so that matplotlib is loaded meanwhile, and see the run's
-samples in the recorder's memory: none are copied.  Each draws one figure after the other, whichever is
-next.
+They are forked before the world is loaded, by the command even before numpy is, so that matplotlib is
+loaded meanwhile, and see the run's samples in the recorder's memory: none are copied.  Each draws one
+figure after the other, whichever is next.
 """
 
 import contextlib
@@ -15,8 +15,8 @@ from collections import deque
 from multiprocessing.connection import Pipe, wait
 
 from mrs_simulator.control.worker_process import guarded
+from mrs_simulator.record import MOST_KEPT
 from mrs_simulator.record.beside import cores
-from mrs_simulator.record.recording import MOST_KEPT, Kept
 
 PROCESSES = 2
 # [-] beside certificates, of a run in space; what a run does not have takes no time
@@ -27,10 +27,10 @@ ENDED = "the process that draws figures ended before it had drawn them"
 class Drawing:
     """Draws figures in processes apart; :meth:`finish` waits for them."""
 
-    def __init__(self, formats):
-        """Load what draws figures in ``formats``; while this process has one thread."""
+    def __init__(self):
+        """Begin to load what draws; while this process has one thread."""
         self.memory = mmap.mmap(-1, MOST_KEPT)  # where a recorder is to keep the samples
-        self._recorder, self._is_drawing = None, False
+        self._recorder = None
         self._waiting, self._busy = deque(), []
         pairs = [Pipe() for _ in range(PROCESSES)]
         self._pipes, theirs = zip(*pairs)
@@ -39,9 +39,14 @@ class Drawing:
         if self._process == 0:
             for pipe in self._pipes:
                 pipe.close()
-            guarded(_draw_all, theirs, _drawings(self.memory), formats)
+            guarded(_draw_all, theirs, _drawings(self.memory))
         for pipe in theirs:
             pipe.close()
+
+    def warm_up(self, formats):
+        """Load what writes ``formats``, before anything is drawn."""
+        with contextlib.suppress(OSError):  # whoever draws is told that it has ended
+            self._pipes[0].send(formats)
 
     def begin(self, recorder):
         """Tell of a run that ``recorder`` keeps in :attr:`memory`."""
@@ -57,7 +62,6 @@ class Drawing:
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
         dimension = run.hand.shape[2]
         description = self._recorder.kept.given, run.time, run.collisions, run.scenario, dimension
-        self._is_drawing = True
         for pipe in self._pipes:
             _send(pipe, ("run", description, options))
         self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
@@ -91,7 +95,7 @@ class Drawing:
         """End the processes."""
         for pipe in self._pipes:
             pipe.close()
-        if not self._is_drawing:  # it may still be loading
+        if not self._busy:  # it may still be loading; to end by itself takes a process some ms
             os.kill(self._process, signal.SIGKILL)
         os.waitpid(self._process, 0)
         self.memory = None
@@ -104,18 +108,43 @@ def _send(pipe, request):
         raise RuntimeError(ENDED) from None
 
 
+_begun = []  # the ``Drawing`` that was begun ahead
+
+
+@contextlib.contextmanager
+def ahead(arguments):
+    """Within it, the first :func:`drawing` goes on with a ``Drawing`` that begins now.
+
+    ``arguments``: those of the command ``experiment``, by some of which it draws no run.
+    """
+    others = {"--sweep", "--help", "-h"}
+    if _pays() and not others.intersection(each.partition("=")[0] for each in arguments):
+        _begun.append(Drawing())
+    try:
+        yield
+    finally:
+        while _begun:
+            _begun.pop().close()
+
+
 @contextlib.contextmanager
 def drawing(formats):
     """Within it, a ``Drawing`` draws; None where processes of its own gain nothing or are not safe."""
-    alone = threading.active_count() == 1  # a lock that another thread holds would stay locked
-    if not (formats and alone and cores() > 1):
+    if not formats or not (_begun or _pays()):
         yield None
         return
-    made = Drawing(formats)
+    made = _begun.pop() if _begun else Drawing()
     try:
+        made.warm_up(formats)
         yield made
     finally:
         made.close()
+
+
+def _pays():
+    """Return whether processes of their own are of use, and may be forked."""
+    # A lock that another thread holds would stay locked.
+    return threading.active_count() == 1 and cores() > 1
 
 
 def _drawings(memory):
@@ -123,6 +152,8 @@ def _drawings(memory):
     given = []
 
     def begin(description, options):
+        from mrs_simulator.record.recording import Kept
+
         given_kept, time, collisions, scenario, dimension = description
         run = Kept(*given_kept, memory).run(time, scenario, (collisions, {}))
         given[:] = (run.in_space(dimension), *options)
@@ -140,7 +171,7 @@ def _drawings(memory):
     return {"run": begin, "figures": draw, "certificates": certificates}
 
 
-def _draw_all(pipes, drawings, formats):
+def _draw_all(pipes, drawings):
     """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
     gc.disable()  # it would look through all of matplotlib again and again, a fourth of the time
 
@@ -150,8 +181,9 @@ def _draw_all(pipes, drawings, formats):
 
     from mrs_simulator.study.draw.figures import warm_up
 
-    warm_up(formats)
     first, second = pipes
+    with contextlib.suppress(EOFError):
+        warm_up(first.recv())
     twin = os.fork()
     if twin == 0:
         first.close()

@@ -57,8 +57,9 @@ def main(argv=None):
     # An interrupt while modules load ends the program silently; then the command handles it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, function, _ = COMMANDS[name]
-    # Threads of linear algebra, while they wait, would keep the cores busy for a tenth of a second.
-    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", TICKS)
+    if "numpy" not in sys.modules:
+        # Threads of linear algebra, while they wait, would keep the cores busy for a tenth of a second.
+        os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", TICKS)
     with below("mrs-simulator"), _ahead(name, argv[1:]):
         with loading():
             command = getattr(importlib.import_module("mrs_simulator." + module), function)

@@ -83,12 +83,16 @@ class Forker:
     def __init__(self):
         self._socket, other = socket.socketpair()
         self._environment = dict(os.environ, PYTHONUNBUFFERED="1")
+        self._asking = threading.Lock()
         with other:
-            number = other.fileno()
-            command = [sys.executable, os.path.abspath(__file__), str(number)]
-            self._process = subprocess.Popen(command, env=self._environment, pass_fds=(number,))
+            self._begin(other)
         self._socket.settimeout(LIMIT)
         self._answers = self._socket.makefile("r")
+
+    def _begin(self, other):
+        number = other.fileno()
+        command = [sys.executable, os.path.abspath(__file__), str(number)]
+        self._process = subprocess.Popen(command, env=self._environment, pass_fds=(number,))
         atexit.register(self.close)
 
     def can_run(self, environment):
@@ -97,14 +101,15 @@ class Forker:
         told = (name for name in names if name.startswith(READ_WHEN_LOADED))
         return all(environment.get(name) == self._environment.get(name) for name in told)
 
-    def start(self, script, arguments, environment, log, errors, directory=None, loaded=()):
+    def start(self, script, arguments, environment, log, errors, directory=None, **given):
         """Run a ``script`` of Python; its output goes to the files ``log`` and ``errors``.
 
-        ``loaded``: names of further modules that are loaded before, once for all such processes.
+        ``loaded``: names of further modules that are loaded before, once for all such processes;
+        ``leads``: whether it leads a group of processes of its own.
         """
         with open(os.devnull) as nothing, open(log, "ab") as file, open(errors, "ab") as other:
             streams = nothing.fileno(), file.fileno(), other.fileno()
-            return self._start(script, arguments, environment, streams, directory, loaded)
+            return self._start(script, arguments, environment, streams, directory, **given)
 
     def start_piped(self, script, environment):
         """Run a ``script`` of Python with pipes to its input and from its output."""
@@ -115,24 +120,42 @@ class Forker:
         process.stdin, process.stdout = os.fdopen(to, "wb"), os.fdopen(of, "rb")
         return process
 
-    def _start(self, script, arguments, environment, streams, directory=None, loaded=()):
+    def _start(
+        self, script, arguments, environment, streams, directory=None, loaded=(), leads=False
+    ):
         args = [script, *arguments]
         given = dict(args=args, environment=environment, directory=directory or os.getcwd())
-        given["loaded"] = list(loaded)
+        given.update(loaded=list(loaded), leads=leads)
         return Forked(self._ask, self._ask(given, streams), args)
 
     def _ask(self, request, streams=()):
-        self._socket.sendall(json.dumps(request).encode() + b"\n")
-        if streams:
-            assert self._socket.recv(1) == READY
-            multiprocessing.reduction.sendfds(self._socket, streams)
-        return json.loads(self._answers.readline())
+        with self._asking:
+            self._socket.sendall(json.dumps(request).encode() + b"\n")
+            if streams:
+                assert self._socket.recv(1) == READY
+                multiprocessing.reduction.sendfds(self._socket, streams)
+            return json.loads(self._answers.readline())
 
     def close(self):
         """End it, when all that it started has ended."""
         self._answers.close()
         self._socket.close()
         self._process.wait(LIMIT)
+
+
+class OwnForker(Forker):
+    """A fork of this process, with what is loaded here, that forks; it ends with this process.
+
+    To be made before there are threads.  ``pid``: the parent of what it starts.
+    """
+
+    def _begin(self, other):
+        self.pid = os.fork()
+        if self.pid == 0:
+            self._socket.close()
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            fork_for(other)
+            os._exit(0)
 
 
 @functools.lru_cache(maxsize=None)
@@ -165,6 +188,8 @@ def serve(link):
                 answer = os.fork()
                 if answer == 0:
                     return request
+                if request["leads"]:
+                    os.setpgid(answer, answer)
                 for number in request["streams"]:
                     os.close(number)
                 children[answer] = None
@@ -225,14 +250,19 @@ def run(script):
     os._exit(code)
 
 
+def fork_for(link):
+    """Fork for each request on the socket ``link``, and run in each child what it asks for."""
+    with contextlib.closing(link):
+        child = serve(link)
+    if child is not None:
+        become(child)
+        run(sys.argv[0])
+
+
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends with the tests
     load(LOADED)
     # Also of programs that are not the package's: a core busy while each ends.
     sys.modules["mrs_simulator.ros.node.lifecycle"].end_servers_with_sockets()
     sys.modules["mrs_simulator.vehicles.registry"].shipped_kind("pioneer3dx")  # most tests' robots
-    with contextlib.closing(socket.socket(fileno=int(sys.argv[1]))) as link_to_tests:
-        child = serve(link_to_tests)
-    if child is not None:
-        become(child)
-        run(sys.argv[0])
+    fork_for(socket.socket(fileno=int(sys.argv[1])))

@@ -37,6 +37,9 @@ search:
 PROGRAM = """
 import json, os, sys, time
 import rospy
+sys.path.append("TESTS")
+from forked import OwnForker
+programs = OwnForker() if "FORKED_PROGRAMS" in os.environ else None
 from PyQt5.QtWidgets import QApplication
 from PyQt5.QtTest import QTest
 from PyQt5.QtCore import QPoint, Qt
@@ -52,9 +55,24 @@ guard.LOG.addHandler(Keep())
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
-from mrs_simulator.rqt_plugin.run.processes import Processes
+from mrs_simulator.rqt_plugin.run.processes import PARENT, Processes
+from mrs_simulator.rqt_plugin import study_widget
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 EditedScenario.predict = lambda *_: None  # as with no_predictions
+study_widget.FRAME = 250  # [ms]: most of the window's work while tests wait is pictures that nobody sees
+popen = Processes._open
+def forked_open(processes, name, command):
+    # Nodes are forks: to load each anew takes longer than most of them run.
+    if command[:2] != ["rosrun", "mrs_simulator"] or command[2] not in NODES:
+        return popen(processes, name, command)
+    log = os.path.join(processes.directory, name + ".log")
+    open(log, "wb").close()
+    script = os.path.join(os.environ["FORKED_PROGRAMS"], command[2])
+    environment = dict(os.environ, PYTHONUNBUFFERED="1", **{PARENT: str(programs.pid)})
+    return programs.start(script, command[3:], environment, log, log, leads=True)
+NODES = "stage", "pioneer_control", "preflight", "record"
+if programs is not None:
+    Processes._open = forked_open
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
 gui.resize(1366, 768)
 gui.show()
@@ -76,7 +94,7 @@ def click(name):
 def key(letter):
     QTest.keyClick(gui, letter, Qt.ControlModifier)
 
-"""
+""".replace("TESTS", os.path.dirname(os.path.abspath(__file__)))
 END = """
 gui.close_study()
 gui.study.processes.wait_closed()

@@ -159,7 +159,7 @@ class Ros:
             return self._started(name, [sys.executable, script, *arguments], directory, errors)
         log = os.path.join(self.directory, name + ".log")
         places = log, errors or log, directory
-        process = forker().start(script, arguments, self.environment, *places, loaded)
+        process = forker().start(script, arguments, self.environment, *places, loaded=loaded)
         process.log = log
         self.processes.append(process)
         return process
@@ -170,6 +170,7 @@ class Ros:
         with open(path, "w") as file:
             file.write(QUICK_ROSRUN.format(rosrun=shutil.which("rosrun"), place=program("")))
         os.chmod(path, 0o755)
+        self.environment["FORKED_PROGRAMS"] = program("")
         self.environment["PATH"] = os.path.dirname(path) + os.pathsep + self.environment["PATH"]
 
     def probe(self):

@@ -137,8 +137,8 @@ def lasers_of(n):
         for place in draw.permutation(places)[:20].tolist()
     ]
     poses = [[3.0 * (k % side), 3.0 * (k // side), 0.0] for k in range(n)]
-    laser = {"type": "laser", "rays": 360, "angles": ["-180 deg", "179 deg"], "rate": 10.0}
-    laser["noise"] = {"stddev": "1 cm"}
+    laser = {"type": "laser", "rays": 360, "angles": ["-180 deg", "179 deg"], "range": [0.1, 10.0]}
+    laser.update(rate=10.0, place=[0.0, 0.0, 0.2], noise={"stddev": "1 cm"})  # robots are seen
     content = {"poses": poses, "obstacles": boxes, "sensors": [{"mounts": {"laser": laser}}]}
     return scenario_from_dict(dict(content, limits="top"))
 

@@ -7,7 +7,7 @@ import pytest
 
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
-from mrs_simulator.sensors.compiled_rays import cast_by, make_loops
+from mrs_simulator.sensors.compiled_rays import ROUGH, bearing_of, cast_by, make_loops, spread_of
 from mrs_simulator.sensors.scenery import CarriedRays, Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles import Team
@@ -97,6 +97,14 @@ def test_compiled_loops_give_what_numpy_gives():
     compare_rays(loops)
     compare_scans(loops)
     compare_echoes(loops)
+
+
+def test_bearings_and_arc_sines_are_as_near_as_scans_need():
+    angles = np.linspace(-math.pi, math.pi, 100001).tolist()
+    wrong = [abs(bearing_of(math.cos(angle), math.sin(angle)) - angle) for angle in angles]
+    shares = np.linspace(0.0, 1.0, 10001)
+    assert 2.0 * max(wrong) < 0.5 * ROUGH
+    assert (spread_of(shares) >= np.arcsin(shares) + 0.999 * ROUGH).all()
 
 
 def test_what_is_compiled_is_found_again_by_other_processes():

@@ -117,8 +117,7 @@ class Streams:
         known = self._blocks.get(purpose)
         if known is None or known[:2] != (block, width):
             drawn = np.empty((len(self._numbers), *shape))
-            for own, state in zip(drawn, self._states_of(purpose, block)):
-                seeds.draw(state, method, own)
+            seeds.draw(self._states_of(purpose, block), method, drawn)
             known = self._blocks[purpose] = block, width, drawn
         return known[2][..., within] if self._grows else known[2][:, within]
 
@@ -168,7 +167,8 @@ class Draws:
         values += self._error(noise, quantity, values.shape[1])
         if noise.quantum:
             values = noise.quantum * np.round(values / noise.quantum)
-        values[self.lost(values.shape[1], quantity)] = np.nan
+        if noise.dropout:
+            values[self.lost(values.shape[1], quantity)] = np.nan
         return values.reshape(shape)
 
     def lost(self, width, quantity=""):
@@ -186,7 +186,9 @@ class Draws:
             step = noise.bias_walk * np.sqrt(self._period)
             error = error + step * self._walked(quantity, width)
         if noise.stddev:
-            error = error + noise.stddev * draw(quantity + ".stddev", width, self.sample)
+            drawn = noise.stddev * draw(quantity + ".stddev", width, self.sample)
+            drawn += error
+            error = drawn
         return error
 
     def _walked(self, quantity, width):

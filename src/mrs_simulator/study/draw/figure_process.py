@@ -30,7 +30,7 @@ class Drawing:
     def __init__(self):
         """Begin to load what draws; while this process has one thread."""
         self.memory = mmap.mmap(-1, MOST_KEPT)  # where a recorder is to keep the samples
-        self._recorder = None
+        self._recorder, self._is_drawing = None, False
         self._waiting, self._busy = deque(), []
         pairs = [Pipe() for _ in range(PROCESSES)]
         self._pipes, theirs = zip(*pairs)
@@ -62,6 +62,7 @@ class Drawing:
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
         dimension = run.hand.shape[2]
         description = self._recorder.kept.given, run.time, run.collisions, run.scenario, dimension
+        self._is_drawing = True
         for pipe in self._pipes:
             _send(pipe, ("run", description, options))
         self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
@@ -95,7 +96,7 @@ class Drawing:
         """End the processes."""
         for pipe in self._pipes:
             pipe.close()
-        if not self._busy:  # it may still be loading; to end by itself takes a process some ms
+        if not self._is_drawing:  # it may still be loading
             os.kill(self._process, signal.SIGKILL)
         os.waitpid(self._process, 0)
         self.memory = None
@@ -190,7 +191,7 @@ def _draw_all(pipes, drawings):
         guarded(_serve, second, drawings)
     second.close()
     _serve(first, drawings)
-    os.waitpid(twin, 0)  # it would be killed with this one
+    os.waitpid(twin, 0)  # it would be killed with this one, and its time be counted nowhere
 
 
 def _serve(pipe, drawings):

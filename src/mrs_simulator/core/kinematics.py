@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 
 TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicycle follows: v, omega
@@ -23,9 +23,8 @@ HAND_LENGTH = Parameter(
     "l",
     DEFAULT_HAND_LENGTH,
     "m",
-    low=0.0,
+    **POSITIVE,
     high=10.0,
-    open_low=True,
     meaning="from the wheel-axle centre to the hand point",
     why="the mapping (7) divides by l",
 )

@@ -17,7 +17,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core import grasps
 from mrs_simulator.core.claims import Claim, decay_rate
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.kinematics import cos_sin, phase_of
 from mrs_simulator.core.spatial import headings, rotated, turned_about_z
 from mrs_simulator.protocols.common import attracting, below
@@ -65,9 +65,8 @@ class Carrying(Tracking, PioneerControl):
             "speed",
             0.1,
             "m/s",
-            low=0.0,
+            **POSITIVE,
             high=10.0,
-            open_low=True,
             meaning="mean, between two of them; a radian counts as a metre",
         ),
     )

@@ -11,7 +11,7 @@ from mrs_simulator.core.claims import (
     converges_to,
     invariant,
 )
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
 from mrs_simulator.protocols.common import AGREED, attracting, below, falls, spanning_tree
 from mrs_simulator.protocols.consensus.equations import consensus, event_thresholds
@@ -24,9 +24,8 @@ from mrs_simulator.protocols.published.laws import exact_motion, weights_of
 SIGMA = Parameter(
     "sigma",
     0.8,
-    low=0.0,
+    **POSITIVE,
     high=1.0,
-    open_low=True,
     open_high=True,
     meaning="share of the largest error that a broadcast corrects",
     why="p^T L p decreases between 0 and 1",

@@ -11,7 +11,7 @@ from mrs_simulator.core.claims import (
     invariant,
 )
 from mrs_simulator.core.edge_faults import turn_steps, up_in
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import arcs_of
 from mrs_simulator.core.spectra import ZERO
 from mrs_simulator.protocols.common import AGREED, attracting, below, decays_as, spanning_tree
@@ -35,9 +35,8 @@ DWELL = Parameter(
     "dwell",
     0.5,
     "s",
-    low=0.0,
+    **POSITIVE,
     high=1000.0,
-    open_low=True,
     meaning="length of a turn, rounded to whole command periods",
 )
 LOSS = Parameter(

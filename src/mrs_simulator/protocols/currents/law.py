@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, converges_to, rate
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.linear_theorem import Names, linear_theorem
 from mrs_simulator.core.spectra import left_null_vector
 from mrs_simulator.protocols.common import all_hold, below, spanning_tree
@@ -168,8 +168,8 @@ class LineOfSight(Integrating):
     """
 
     PARAMETERS = (
-        Parameter("speed", 1.0, "m/s", low=0.0, high=20.0, open_low=True, meaning="through the water"),
-        Parameter("ahead", 5.0, "m", low=0.0, high=1e3, open_low=True, meaning="to the point aimed at"),
+        Parameter("speed", 1.0, "m/s", **POSITIVE, high=20.0, meaning="through the water"),
+        Parameter("ahead", 5.0, "m", **POSITIVE, high=1e3, meaning="to the point aimed at"),
         Parameter("sigma", 0.0, "m/s", low=0.0, high=20.0, meaning="gain of the integral"),
         Parameter("heading", 0.0, "rad", low=-np.pi, high=np.pi, meaning="of the lines"),
         SHAPE._replace(default="line"),

@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, TooShort
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.exploration import equations as floors
@@ -33,7 +33,7 @@ class Exploration(PioneerControl):
     SENSORS = ("laser",)
     TAKES_EDGES = False
     PARAMETERS = (
-        Parameter("speed", 0.4, "m/s", low=0.0, open_low=True, high=5.0, meaning="of controlled points"),
+        Parameter("speed", 0.4, "m/s", **POSITIVE, high=5.0, meaning="of controlled points"),
         Parameter("cell", 0.25, "m", low=0.05, high=2.0, meaning="side of a cell of the floor"),
         Parameter("room", 0.45, "m", low=0.0, high=5.0, meaning="kept from obstacles by ways"),
         Parameter("apart", 1.2, "m", low=0.0, high=10.0, meaning="kept from other robots by ways"),

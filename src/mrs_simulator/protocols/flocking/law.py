@@ -6,7 +6,7 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, TooShort
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.protocols.common import attracting, below, level
@@ -21,9 +21,7 @@ from mrs_simulator.protocols.flocking.published import (
 )
 
 SEED = Parameter("seed", 0, "", low=0, meaning="of the random numbers: the same ones, the same run")
-RADIUS = Parameter(
-    "radius", 3.0, "m", low=0.0, open_low=True, meaning="robots closer than this are neighbours"
-)
+RADIUS = Parameter("radius", 3.0, "m", **POSITIVE, meaning="robots closer than this are neighbours")
 # A command is held for a period: a step of that length may add this share of the start.
 ENERGY = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-]
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
@@ -72,18 +70,10 @@ class Flocking(DoubleIntegrator):
     """
 
     PARAMETERS = (
+        Parameter("distance", 2.0, "m", **POSITIVE, meaning="d, wanted between neighbours"),
+        Parameter("reach", 2.8, "m", **POSITIVE, meaning="r, that of a neighbour"),
         Parameter(
-            "distance", 2.0, "m", low=0.0, open_low=True, meaning="d, wanted between neighbours"
-        ),
-        Parameter("reach", 2.8, "m", low=0.0, open_low=True, meaning="r, that of a neighbour"),
-        Parameter(
-            "strength",
-            1.0,
-            "m/s^2",
-            low=0.0,
-            high=100.0,
-            open_low=True,
-            meaning="a = b of the pair force",
+            "strength", 1.0, "m/s^2", **POSITIVE, high=100.0, meaning="a = b of the pair force"
         ),
         Parameter("alignment", 1.0, "1/s", low=-10.0, high=100.0, meaning="with the neighbours"),
         Parameter("c1", 0.1, "1/s^2", low=-10.0, high=100.0, meaning="pull to the virtual leader"),
@@ -211,9 +201,7 @@ class CuckerSmale(DoubleIntegrator):
     PARAMETERS = (
         Parameter("gain", 1.0, "1/s", low=-10.0, high=100.0, meaning="K, of the agreement"),
         Parameter("beta", 0.4, "", low=0.0, high=5.0, meaning="how fast it falls with distance"),
-        Parameter(
-            "reach", 1.0, "m", low=0.0, open_low=True, meaning="distance from which on it falls"
-        ),
+        Parameter("reach", 1.0, "m", **POSITIVE, meaning="distance from which on it falls"),
         Parameter("drift", 0.4, "m/s", meaning="common velocity at the start, along the x axis"),
         Parameter("start_speed", 0.5, "m/s", low=0.0, meaning="of each robot besides that"),
         SEED,
@@ -341,7 +329,7 @@ class Vicsek(PioneerControl):
 
     PARAMETERS = (
         RADIUS,
-        Parameter("speed", 0.3, "m/s", low=0.0, open_low=True, meaning="of every robot"),
+        Parameter("speed", 0.3, "m/s", **POSITIVE, meaning="of every robot"),
         Parameter(
             "noise",
             0.5,
@@ -424,9 +412,7 @@ class Reynolds(DoubleIntegrator):
         ),
         Parameter("alignment", 0.5, "1/s", low=-10.0, high=100.0, meaning="with their velocity"),
         Parameter("cohesion", 0.1, "1/s^2", low=-10.0, high=100.0, meaning="towards their middle"),
-        Parameter(
-            "speed", 0.5, "m/s", low=0.0, open_low=True, meaning="the highest; half the lowest"
-        ),
+        Parameter("speed", 0.5, "m/s", **POSITIVE, meaning="the highest; half the lowest"),
         SEED,
     )
 

@@ -16,7 +16,7 @@ import numpy as np
 from mrs_simulator.core.compiled_terms import linked
 from mrs_simulator.core.compiling import is_wanted, jit, same_bits
 from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import HAND_LENGTH
 from mrs_simulator.core.neighbours import squared
@@ -35,16 +35,13 @@ PARAMETERS = (
     Parameter(
         "k",
         0.02,
-        low=0.0,
+        **POSITIVE,
         high=1.0,
-        open_low=True,
         open_high=True,
         meaning="share of the error removed in each step T",
         why="alpha+ = (1-k) alpha + k alpha* diverges for k <= 0 and overshoots for k >= 1",
     ),
-    Parameter(
-        "T", 0.1, "s", low=0.0, high=1e3, open_low=True, meaning="step of the discrete-time law"
-    ),
+    Parameter("T", 0.1, "s", **POSITIVE, high=1e3, meaning="step of the discrete-time law"),
     HAND_LENGTH,
     Parameter("c", 2.0, "m", low=-1e3, high=1e3, meaning="separation along the line"),
     Parameter(

@@ -16,7 +16,7 @@ from mrs_simulator.core.claims import (
     slope,
     stays_below,
 )
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.linear_theorem import Names, linear_theorem
@@ -143,8 +143,7 @@ class Rendezvous(PioneerControl):
             "radius",
             4.0,
             "m",
-            low=0.0,
-            open_low=True,
+            **POSITIVE,
             meaning="D: robots closer than this at the start are neighbours for ever",
         ),
     )
@@ -338,8 +337,7 @@ class Coverage(PioneerControl):
             "side",
             20.0,
             "m",
-            low=0.0,
-            open_low=True,
+            **POSITIVE,
             meaning="of the square about the origin that is to be covered",
         ),
         Parameter(

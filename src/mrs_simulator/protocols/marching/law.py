@@ -15,7 +15,7 @@ from mrs_simulator.core.claims import (
     decay_rate,
     slope,
 )
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, direction_of, wrap_angle
 from mrs_simulator.core.linear_theorem import Accuracy, Names, linear_theorem
 from mrs_simulator.core.spectra import left_null_vector, unshared
@@ -41,9 +41,8 @@ RADIUS = Parameter(
     "radius",
     4.0,
     "m",
-    low=0.0,
+    **POSITIVE,
     high=1e4,
-    open_low=True,
     meaning="of the circle, of the eight's two, and of the polygon's rounded corners",
 )
 

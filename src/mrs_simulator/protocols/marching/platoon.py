@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, TooShort
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.protocols.common import attracting, below
 from mrs_simulator.protocols.consensus.law import GAIN
@@ -49,9 +49,7 @@ class Platoon(Remembering):
             meaning="what is late: the difference, or the next robot's state alone",
         ),
         Parameter("amplitude", 0.3, "m", low=0.0, high=10.0, meaning="of the leader"),
-        Parameter(
-            "frequency", 1.0, "rad/s", low=0.0, open_low=True, high=100.0, meaning="of the leader"
-        ),
+        Parameter("frequency", 1.0, "rad/s", **POSITIVE, high=100.0, meaning="of the leader"),
     )
 
     def published(self):

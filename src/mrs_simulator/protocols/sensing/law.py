@@ -12,7 +12,7 @@ from mrs_simulator.core.claims import (
     extent,
     stays_below,
 )
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.protocols.common import attracting
@@ -29,7 +29,7 @@ SIDEWAYS = 0.35
 SIGMAS = 3.0  # [-] standard deviations that noise may be off by
 LATE = 0.015  # [-] times the decay time of errors: readings later than that change it
 NOISE = 0.05  # [m] ten times that of distances from a wall: a start below it shows no rate
-GAIN = Parameter("gain", 0.5, "1/s", low=0.0, open_low=True, high=10.0, meaning="of each error")
+GAIN = Parameter("gain", 0.5, "1/s", **POSITIVE, high=10.0, meaning="of each error")
 
 
 class Sensing(PioneerControl):
@@ -109,8 +109,7 @@ class LimitedVisibility(Sensing):
             "radius",
             4.0,
             "m",
-            low=0.0,
-            open_low=True,
+            **POSITIVE,
             meaning="V, within which robots see each other, the range of the sensor",
         ),
     )
@@ -370,7 +369,7 @@ class SensedFollowing(Sensing):
     SENSORS = ("neighbours",)
     PARAMETERS = (
         GAIN,
-        Parameter("distance", 1.0, "m", low=0.0, open_low=True, high=100.0, meaning="of robots at rest"),
+        Parameter("distance", 1.0, "m", **POSITIVE, high=100.0, meaning="of robots at rest"),
         Parameter("speed", 0.3, "m/s", low=0.0, high=20.0, meaning="of the first"),
         Parameter("turn", 0.0, "rad/s", low=-3.0, high=3.0, meaning="of the first, with a heading"),
         Parameter("view", 2.0 * np.pi, "rad", low=0.1, high=2.0 * np.pi, meaning="field of view"),

@@ -18,7 +18,7 @@ from mrs_simulator.core.claims import (
     invariant,
     rate,
 )
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.linear_theorem import NAMES, Accuracy, linear_theorem
 from mrs_simulator.core.spectra import (
     is_infinitesimally_bearing_rigid,
@@ -47,9 +47,7 @@ ALIKE = 1e-6  # [-] by which eigenvalues of one mode may differ
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
 SHAPE = Parameter("shape", "circle", choices=laws.SHAPES, meaning="the formation's shape")
-SIZE = Parameter(
-    "size", 3.0, "m", low=0.0, high=1e3, open_low=True, meaning="from one robot to the next"
-)
+SIZE = Parameter("size", 3.0, "m", **POSITIVE, high=1e3, meaning="from one robot to the next")
 
 
 class Tolerances(NamedTuple):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, decay_rate
-from mrs_simulator.core.fields import Parameter
+from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.protocols.common import attracting, below
 from mrs_simulator.protocols.linear_errors import Tracking
 from mrs_simulator.protocols.shapes.law import SHAPE, SIZE, Shaped
@@ -35,15 +35,7 @@ class Trajectory(Tracking, Shaped):
         Parameter(
             "waypoints", "0 0, 4 0, 4 3", "m", meaning="passed one after the other, d numbers each"
         ),
-        Parameter(
-            "speed",
-            0.5,
-            "m/s",
-            low=0.0,
-            high=10.0,
-            open_low=True,
-            meaning="mean, between two of them",
-        ),
+        Parameter("speed", 0.5, "m/s", **POSITIVE, high=10.0, meaning="mean, between two of them"),
         SHAPE,
         SIZE._replace(default=1.0),
     )

@@ -2,25 +2,19 @@
 
 import numpy as np
 
-from mrs_simulator.core.fields import Parameter, checked_values, unknown_name
+from mrs_simulator.core.fields import POSITIVE, Parameter, checked_values, unknown_name
 from mrs_simulator.core.kinematics import wrap_angle
 
 TRIES_PER_ROBOT = 2000  # [-] draws of a random position before it is said that none is free
 
 LARGEST = 1e6  # [m] of any length of a layout
 
-_SPACING = Parameter(
-    "spacing", 2.0, "m", low=0.0, high=LARGEST, open_low=True, meaning="between neighbours"
-)
-_RADIUS = Parameter(
-    "radius", 5.0, "m", low=0.0, high=LARGEST, open_low=True, meaning="of the circle"
-)
+_SPACING = Parameter("spacing", 2.0, "m", **POSITIVE, high=LARGEST, meaning="between neighbours")
+_RADIUS = Parameter("radius", 5.0, "m", **POSITIVE, high=LARGEST, meaning="of the circle")
 _APART = Parameter(
     "min_distance", 1.5, "m", low=0.0, high=LARGEST, meaning="between any two centres"
 )
-_SIZE = Parameter(
-    "size", 20.0, "m", low=0.0, high=LARGEST, open_low=True, meaning="side of the square"
-)
+_SIZE = Parameter("size", 20.0, "m", **POSITIVE, high=LARGEST, meaning="side of the square")
 LAYOUTS = {
     "line": (_SPACING,),
     "grid": (_SPACING,),

@@ -168,14 +168,12 @@ def counted(turning, joints, numbers):
     return 0.5 * (turning[:, :2] + turning[:, 2:])
 
 
-def lead(l, numbers):
-    """Return how far [m] the controlled point is from the centre at most."""
-    return l
-
-
 def arm(l, numbers):
     """Return how far [m] the controlled point is ahead of the centre: eq. (2)."""
     return l
+
+
+lead = arm  # the point stays there
 
 
 def command(along, across, joints, l, period, numbers):

@@ -257,14 +257,12 @@ def counted(turning, joints, numbers):
     return turning
 
 
-def lead(l, numbers):
-    """Return how far [m] the controlled point is from the centre: it is the centre."""
-    return 0.0
-
-
 def arm(l, numbers):
     """Return how far [m] the controlled point is ahead of the centre: it is the centre, whatever ``l``."""
     return 0.0
+
+
+lead = arm  # the point stays there
 
 
 def command(along, across, joints, l, period, numbers):

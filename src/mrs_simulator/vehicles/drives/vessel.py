@@ -189,14 +189,12 @@ def at_limits(command, top, numbers, share):
     return fast | (np.abs(command[..., 1]) >= share * top[..., 1])
 
 
-def lead(l, numbers):
-    """Return how far [m] the controlled point is ahead of the centre."""
-    return numbers.point + l
-
-
 def arm(l, numbers):
     """Return how far [m] the controlled point is ahead of the centre."""
     return numbers.point + l
+
+
+lead = arm  # the point stays there
 
 
 def command(along, across, joints, l, period, numbers):

@@ -16,7 +16,7 @@ from turtlebot3_robot import obeyed
 
 from mrs_simulator.control.guards import stilled
 from mrs_simulator.nodes.control.guards import Guards
-from mrs_simulator.nodes.control.motor_messages import split_topic
+from mrs_simulator.nodes.control.motors import split_topic
 
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAUNCH = os.path.join(os.path.dirname(HERE), "launch")

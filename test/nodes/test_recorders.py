@@ -1,6 +1,6 @@
 """A stage waits for all that its recorders subscribe to."""
 
-from mrs_simulator.nodes.stage.recorders import RESTING, Recorders
+from mrs_simulator.nodes.stage.readiness import RESTING, Recorders
 
 
 def test_a_recorder_is_complete_once_no_further_connection_comes():

@@ -27,7 +27,7 @@ from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
 from mrs_simulator.rqt_plugin.run.bar import SPEEDS
-from mrs_simulator.rqt_plugin.run.undo import TOGETHER
+from mrs_simulator.rqt_plugin.run.edited_scenario import TOGETHER
 from mrs_simulator.rqt_plugin.start.picker import CARD
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.on_screen import OnScreen

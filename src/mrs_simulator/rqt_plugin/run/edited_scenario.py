@@ -1,6 +1,7 @@
-"""The edited scenario, and what its protocol derives from it; without Qt."""
+"""The edited scenario, what its protocol derives from it, and undo of edits; without Qt."""
 
 import functools
+import time
 
 import numpy as np
 
@@ -8,7 +9,6 @@ from mrs_simulator.core.fields import Field, checked_values
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
-from mrs_simulator.rqt_plugin.run.undo import Undo
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.scenario.safety import Safety
 from mrs_simulator.scenario.scenario import title_of
@@ -23,6 +23,8 @@ from mrs_simulator.world.contact.bodies import Bodies
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
 DURATION = Field("duration", 60.0, "s", high=1e5)  # at least a step of the simulation
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
+MOST_UNDONE = 200  # [-] edits that can be undone
+TOGETHER = 0.5  # [s] of wall time between changes of poses that are one edit, such as a drag
 
 
 class EditedScenario:
@@ -238,3 +240,34 @@ class EditedScenario:
         self._forecast.ask(None)
         self.laws.close()
         self._background.close()
+
+
+class Undo:
+    """The scenarios before each edit, and the edits that were undone."""
+
+    def __init__(self):
+        self.clear()
+
+    def clear(self):
+        """Drop all of them."""
+        self.done, self.undone, self._moved = [], [], None
+
+    def note(self, before, after):
+        """Note the edit of the scenario ``before`` into ``after``."""
+        now, is_move = time.monotonic(), without_poses(before) == without_poses(after)
+        goes_on = is_move and self._moved is not None and now - self._moved < TOGETHER
+        if not (goes_on and self.done):
+            self.done = [*self.done[1 - MOST_UNDONE :], before]
+        self.undone, self._moved = [], now if is_move else None
+
+    def exchange(self, source, target, now):
+        """Move the last of ``source`` away; the scenario ``now`` goes to ``target``."""
+        source.pop()
+        target.append(now)
+        self._moved = None
+
+
+def without_poses(scenario):
+    """Return what of ``scenario`` an edit changes besides poses, for comparing."""
+    rest = scenario.kinds, scenario.obstacles, scenario.topology, scenario.control
+    return (scenario.n, scenario.duration, *map(repr, rest))

@@ -60,8 +60,7 @@ def test_a_run_begins_before_a_controller_is_started_and_after_robots_were_put_b
     proxy = lambda service, _: lambda: done.append(service) or answer  # noqa: E731
     monkeypatch.setattr(service_calls.rospy, "ServiceProxy", proxy)
     connection = RosConnection.__new__(RosConnection)
-    connection._calls, connection._inbox = ServiceCalls(), MagicMock()
-    connection._inbox.begin_run.side_effect = lambda: done.append("run")
+    connection._calls, connection.begin_run = ServiceCalls(), lambda: done.append("run")
     for name in ("reset", "start"):
         connection.ask(name)
         taken_until(connection._calls, name)

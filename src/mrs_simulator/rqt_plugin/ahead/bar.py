@@ -36,7 +36,7 @@ class AheadBar(QWidget):
         self.clear_button.setToolTip("Change nothing")
         first = row_of(self.gain, (self.slider, 1), self._value, self.keep, self.clear_button)
         column_of(first, self.text, owner=self, margins=0, spacing=1)
-        self.gain.currentIndexChanged.connect(self._on_chosen)
+        self.gain.currentIndexChanged.connect(guarded(lambda *_: self._show_value()))
         self.slider.valueChanged.connect(self._on_slider)
         self.keep.clicked.connect(guarded(lambda *_: self.keep_asked.emit()))
         self.clear_button.clicked.connect(guarded(lambda *_: self.clear_asked.emit()))
@@ -68,9 +68,6 @@ class AheadBar(QWidget):
         self.clear_button.setEnabled(bool(text))
         if why:
             self.keep.setToolTip(why)
-
-    def _on_chosen(self, *_):
-        self._show_value()
 
     def _show_value(self):
         """Put the slider where the chosen gain is."""

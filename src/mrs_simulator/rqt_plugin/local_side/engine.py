@@ -185,7 +185,7 @@ class Engine:
         self._paused = self._paused and not self._is_over
         self._is_over, self._known = False, (0, 0)
         self._running, self._trouble = running, "" if running else BY_REQUEST
-        self._watch(self._watched)
+        self._on_watch(self._watched)
         self._pacer.resume()
         self._link.send("run", directory)
         self._publish_settings()
@@ -351,9 +351,6 @@ class Engine:
             self._link.send("written", (token, found))
 
     def _on_watch(self, wanted):
-        self._watch(wanted)
-
-    def _watch(self, wanted):
         """Read the sensors ``wanted``, names by row, besides those that the run needs."""
         self._watched = wanted
         if self._experiment is not None:

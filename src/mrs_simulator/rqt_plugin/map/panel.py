@@ -77,7 +77,7 @@ class MapPanel(QWidget):
         self._row = FlowLayout()
         self.obstacles, self.ahead = ObstacleFields(self.map), AheadBar()
         self._build_help()
-        self.map.changed.connect(self._on_changed)
+        self.map.changed.connect(guarded(self.obstacles.show_selected))
         self.map.directed_changed.connect(guarded(lambda: self._say_hint(self.map.mode)))
         self._build_modes()
         self._build_shown()
@@ -245,9 +245,6 @@ class MapPanel(QWidget):
         button.setToolTip(tip if editable else "{}\nNot now: {}".format(tip, why))
         if not editable and button.isChecked():
             self.modes["look"].setChecked(True)
-
-    def _on_changed(self):
-        self.obstacles.show_selected()
 
     def choose(self, number):
         """Highlight the robot ``number``, 0 for none, and offer its trail."""

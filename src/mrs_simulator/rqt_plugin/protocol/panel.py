@@ -179,9 +179,6 @@ class ProtocolPanel(QWidget):
         """Show warnings (name: text) beside their parameters; those of "" below the form."""
         self.form.set_warnings(warnings)
 
-    def _on_defaults(self, *_):
-        self.form.set_defaults()
-
 
 class _FormArea(QScrollArea):
     """Scrolls up and down only, and is as large as its form where there is room."""

@@ -19,19 +19,18 @@ END_LIMIT = 2.0  # [s] of wall time that the last requests have
 BEGINNINGS = ("reset", "set_team")  # services after which another run begins
 
 
-class RosConnection(Connection):
+class RosConnection(Inbox, Connection):
     """Subscribes to stage, controller and robots; calls services and sets parameters in the background."""
 
     absent = {"hold": "over ROS no robot is pushed from here: the window without ROS does so"}
 
     def __init__(self):
-        self._inbox, self._calls, self._robots = Inbox(), ServiceCalls(), RobotsConnection()
+        super().__init__()
+        self._calls, self._robots = ServiceCalls(), RobotsConnection()
         self._sensors, self._diagnostics = SensorsConnection(), DiagnosticsConnection()
         self._emergency = StopTopic()
-        self._master = MasterWatch(
-            self._inbox, self._robots, self._sensors, self._diagnostics, self._emergency
-        )
-        self.controller = self._inbox.controller
+        others = self._robots, self._sensors, self._diagnostics, self._emergency
+        self._master = MasterWatch(self, *others)
         self._master.start()
 
     @property
@@ -44,18 +43,6 @@ class RosConnection(Connection):
 
     # What was received ---------------------------------------------------------------------------
 
-    def newest(self, name):
-        return self._inbox.newest(name)
-
-    def forget(self, name):
-        return self._inbox.forget(name)
-
-    def silence(self, name):
-        return self._inbox.silence(name)
-
-    def is_fresh(self, name):
-        return self._inbox.is_fresh(name)
-
     def diagnostics(self):
         return self._diagnostics.parts()
 
@@ -65,15 +52,12 @@ class RosConnection(Connection):
     def first_stamp(self):
         return self._robots.first_stamp()
 
-    def take(self, name):
-        return self._inbox.take(name)
-
     def take_results(self):
         return self._calls.take_results()
 
     def snapshot(self):
         """Return the newest ``StateTable``: of the stage, else of the robots' odometry; None before."""
-        of_stage = self._inbox.snapshot()
+        of_stage = super().snapshot()
         if of_stage is not None and self.is_fresh("state"):
             return of_stage
         robots = self._from_robots()
@@ -87,7 +71,7 @@ class RosConnection(Connection):
         )
 
     def take_samples(self):
-        taken = self._inbox.take_samples()
+        taken = super().take_samples()
         if not taken and not self.is_fresh("state"):
             robots = self._from_robots()
             taken = [robots] if robots is not None else []
@@ -128,11 +112,8 @@ class RosConnection(Connection):
 
     def set_emergency(self, on):
         # Until its own message comes back, the one before is not to show.
-        self._inbox.put("emergency", bool(on))
+        self.put("emergency", bool(on))
         return self._emergency.set(on)
-
-    def begin_run(self):
-        return self._inbox.begin_run()
 
     def do(self, name, function):
         return self._calls.do(name, function)

@@ -51,7 +51,7 @@ class ProgramsPanel(QWidget):
         super().__init__(parent)
         self._programs, self._users, self._states, self._levels = (), (), None, None
         self.table, self.nodes = ResultsTable(HEADERS, STATE), ResultsTable(NODES, MESSAGE)
-        self.table.itemSelectionChanged.connect(self._on_selected)
+        self.table.itemSelectionChanged.connect(guarded(self._offer))
         self.output, self.command = QPlainTextEdit(), QLineEdit()
         self.output.setReadOnly(True)
         self.details = QTabWidget()
@@ -113,9 +113,6 @@ class ProgramsPanel(QWidget):
             tints += [(k, STATE, "error") for k, each in enumerate(programs) if each.failed]
             self.table.set_rows(rows, tips, tints)
             self.select(chosen or "stage")
-        self._offer()
-
-    def _on_selected(self):
         self._offer()
 
     def _offer(self):

@@ -62,7 +62,8 @@ class ShelfPanel(QWidget):
         column_of(*parts, owner=self, margins=4, spacing=4)
         self.list.selectionModel().selectionChanged.connect(self._on_current)
         self.list.runs.modelReset.connect(self._on_current)
-        self.list.compared_changed.connect(self._on_compared)
+        compared = self.list.compared_changed
+        compared.connect(guarded(lambda paths: self.clear.setVisible(bool(paths))))
         self.list.delete_asked.connect(self.delete_asked)
         self._on_current()
 
@@ -150,9 +151,6 @@ class ShelfPanel(QWidget):
             self._size.setVisible(not low)
             self.list.set_low(low)
             self._on_current()
-
-    def _on_compared(self, paths):
-        self.clear.setVisible(bool(paths))
 
     def keyPressEvent(self, event):
         """Rename by F2."""

@@ -185,7 +185,6 @@ class TextField(_Escapable, QLineEdit):
         return self.hasFocus() and self.isModified()
 
 
-@guarded
 class WholeField(_Escapable, _Patient, QDoubleSpinBox):
     """A whole number; a double's spin box, since ``QSpinBox`` ends at 32 bits."""
 
@@ -208,14 +207,11 @@ class WholeField(_Escapable, _Patient, QDoubleSpinBox):
         self.setFocusPolicy(Qt.StrongFocus)
         self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Fixed)
         self.setMinimumWidth(int(self.fontMetrics().averageCharWidth() * WIDTH))
-        self.valueChanged.connect(self._on_changed)
+        self.valueChanged.connect(self.finished)
 
     def sizeHint(self):
         """Return the least width; Qt's would hold the largest number."""
         return QSize(self.minimumWidth(), super().sizeHint().height())
-
-    def _on_changed(self, *_):
-        self.finished.emit()
 
     def read(self):
         """Return the number."""
@@ -238,7 +234,6 @@ class WholeField(_Escapable, _Patient, QDoubleSpinBox):
         return self.hasFocus() and self.lineEdit().isModified()
 
 
-@guarded
 class ChoiceField(NoWheelComboBox):
     """One of several texts."""
 
@@ -248,10 +243,7 @@ class ChoiceField(NoWheelComboBox):
     def __init__(self, choices):
         super().__init__()
         self.addItems([str(choice) for choice in choices])
-        self.activated.connect(self._on_activated)
-
-    def _on_activated(self, *_):
-        self.finished.emit()
+        self.activated.connect(self.finished)
 
     def read(self):
         """Return the chosen text."""
@@ -269,7 +261,6 @@ class ChoiceField(NoWheelComboBox):
         return self.view().isVisible()
 
 
-@guarded
 class SwitchField(QCheckBox):
     """True or false."""
 
@@ -278,10 +269,7 @@ class SwitchField(QCheckBox):
 
     def __init__(self):
         super().__init__()
-        self.clicked.connect(self._on_clicked)
-
-    def _on_clicked(self, *_):
-        self.finished.emit()
+        self.clicked.connect(self.finished)
 
     def read(self):
         """Return whether it is on."""

@@ -13,7 +13,8 @@ class ObstacleEditing:
         """``changed()`` is called after each edit that was applied."""
         self._panels, self._study, self._changed = panels, study, changed
         panels.map.obstacles_edited.connect(self._on_edited)
-        panels.map_panel.obstacles.refused.connect(self._on_refused)
+        refused = panels.map_panel.obstacles.refused
+        refused.connect(guarded(lambda text: panels.say(ErrorMessage(text))))
 
     def begin(self):
         """Start from the scenario in force, with nothing to undo."""
@@ -42,6 +43,3 @@ class ObstacleEditing:
         if self._take(obstacles):
             self.show()
             self._changed()
-
-    def _on_refused(self, text):
-        self._panels.say(ErrorMessage(text))

@@ -23,7 +23,7 @@ class Replay:
         self._history = self._own = history  # of the run shown, and that of the window
         self._live, self._law = live, PastLaw(panels, study, history, live)
         self._shown, self._before = None, time.monotonic()
-        panels.curves.time_chosen.connect(self._on_time)
+        panels.curves.time_chosen.connect(guarded(self.cursor.go))
         panels.verdict.row_chosen.connect(self._on_check)
 
     def end(self):
@@ -52,9 +52,6 @@ class Replay:
     def is_shown(self):
         """Return whether the map shows a moment of the ``cursor``."""
         return self._shown is not None
-
-    def _on_time(self, moment):
-        self.cursor.go(moment)
 
     def _on_check(self, check):
         """Go to the moment, and choose the robot, on which a check of the verdict hung."""

@@ -18,17 +18,17 @@ class ScenarioEditing:
         self._team, self._graph = pending_team, pending_graph
         self.obstacles = ObstacleEditing(panels, study, self._on_obstacles)
         panels.team.team_changed.connect(self._on_team)
-        panels.team.arranged.connect(self._on_arranged)
+        panels.team.arranged.connect(guarded(lambda *_: panels.map.fit()))
         panels.protocol.protocol_chosen.connect(self._on_protocol)
         panels.protocol.parameters_changed.connect(self._on_parameters)
         panels.protocol.safety_changed.connect(self._on_safety)
         panels.topology.topology_changed.connect(self._on_topology)
         panels.bar.duration.chosen.connect(self._on_duration)
-        panels.bar.duration.refused.connect(self._on_no_duration)
+        panels.bar.duration.refused.connect(guarded(lambda why: panels.say(ErrorMessage(why))))
         panels.map.pose_edited.connect(self._on_pose)
         panels.map.poses_edited.connect(self._on_poses)
-        panels.map.edge_added.connect(self._on_edge_added)
-        panels.map.edge_removed.connect(self._on_edge_removed)
+        panels.map.edge_added.connect(guarded(panels.topology.add_edge))
+        panels.map.edge_removed.connect(guarded(panels.topology.remove_edge))
         for asked in (panels.map.undo_asked, panels.bar.undo_asked):
             asked.connect(self._on_undo)
         for asked in (panels.map.redo_asked, panels.bar.redo_asked):
@@ -107,9 +107,6 @@ class ScenarioEditing:
         self._live.show_theory()
 
     # Team ----------------------------------------------------------------------------------------
-
-    def _on_arranged(self, *_):
-        self._panels.map.fit()
 
     def _on_team(self):
         self._change_team()
@@ -224,15 +221,6 @@ class ScenarioEditing:
         else:
             self._panels.bar.show_duration(self._study.scenario.duration)
             self._show_derived()
-
-    def _on_no_duration(self, why):
-        self._panels.say(ErrorMessage(why))
-
-    def _on_edge_added(self, i, j):
-        self._panels.topology.add_edge(i, j)
-
-    def _on_edge_removed(self, i, j):
-        self._panels.topology.remove_edge(i, j)
 
 
 def _same_places(before, after):

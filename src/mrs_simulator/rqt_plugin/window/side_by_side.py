@@ -18,10 +18,7 @@ class SideBySide:
         self.is_beside, self._has_room = False, False
         self._sizes = []  # [px] of the two, none yet: each a half
         splitter.setChildrenCollapsible(False)
-        view.beside.toggled.connect(self._on_wanted)
-
-    def _on_wanted(self, *_):
-        self._arrange()
+        view.beside.toggled.connect(guarded(lambda *_: self._arrange()))
 
     def fit(self, size, line):
         """Take the place for a window of ``size``, where a line of text is ``line`` [px] high."""

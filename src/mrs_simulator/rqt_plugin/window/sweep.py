@@ -36,7 +36,9 @@ class SweepControl(CommandControl):
         self.cells, self.directory = None, ""
         panel = panels.sweep
         panel.start_asked.connect(self._on_start)
-        panel.map.cell_asked.connect(self._on_cell)
+        panel.map.cell_asked.connect(
+            guarded(lambda run: opened.open(os.path.join(self.directory, run)))
+        )
 
     # Starting ------------------------------------------------------------------------------------
 
@@ -181,9 +183,6 @@ class SweepControl(CommandControl):
         panel.show_cells(None)
         panel.note.say("" if len(named) == 1 else why, "error")
         panel.place.say("")
-
-    def _on_cell(self, run):
-        self._opened.open(os.path.join(self.directory, run))
 
     def close(self):
         """Read nothing more; the process ends with the others."""

@@ -9,9 +9,9 @@ certificates and figures as PNG and PDF.  Modules are compiled beforehand, as th
 or a first command.  The paper's scenario, also by ``mrs-simulator``, which the
 shell finds without rosrun, and what rosrun takes, by both commands' ``--help``; 110 s of its law on 100
 and 1,000 robots in a line, who never touch, and on as many put where there is room, who touch all the
-time; an hour of 100 robots in a line, once, for its memory; two seconds of 10,000.  A run of a sweep is
-what ``LONG_SWEEP`` runs of the paper's scenario take more than ``SHORT_SWEEP``, each another k, without
-figures of their own; a sweep of ``MANY_RUNS``, once.
+time; an hour of 100 and of 1,000 robots in a line, once, for its memory; two seconds of 10,000.  A run of
+a sweep is what ``LONG_SWEEP`` runs of the paper's scenario take more than ``SHORT_SWEEP``, each another k,
+without figures of their own; a sweep of ``MANY_RUNS``, once.
 """
 
 import argparse
@@ -116,9 +116,12 @@ def main():
             note_times(report, "experiment of 110 s in a line", n, line, (0, 1))
             crowd = [*EXPERIMENT, PAPER, *to, "--robots", str(n), "--duration", "110"]
             note_times(report, "experiment of 110 s in a crowd", n, crowd, (0, 1))
-        hour = [*EXPERIMENT, line_of(100, 3600, out), *to]
-        memory = note_times(report, "experiment of an hour in a line", 100, hour, repeats=1)
-        report.note("its memory", 100, memory, "bytes")
+        for n in (100, 1000):
+            hour = [*EXPERIMENT, line_of(n, 3600, out), *to]
+            memory = note_times(
+                report, "experiment of an hour in a line", n, hour, (0, 1), repeats=1
+            )
+            report.note("its memory", n, memory, "bytes")
         many = [*EXPERIMENT, PAPER, *to, "--robots", str(MANY), "--duration", "2"]
         memory = note_times(report, "experiment of 2 s", MANY, many, (0, 1))
         report.note("its memory per robot", MANY, memory / MANY, "bytes")

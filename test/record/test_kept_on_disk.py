@@ -1,14 +1,24 @@
 """Samples that are too many for memory, kept in a file that is mapped."""
 
 import os
+import re
 
 import numpy as np
 import pytest
 
+from mrs_simulator.core import neighbours, sample_blocks
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.neighbours import least_distance_over
+from mrs_simulator.core.sample_blocks import blocks
+from mrs_simulator.protocols.formation import equations
 from mrs_simulator.record import recording
 from mrs_simulator.record.recording import Recorder, read_run_csv
+from mrs_simulator.state.layout import basic_layout
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw import figure_process
+from mrs_simulator.study.draw.figure_parts import extremes
+from mrs_simulator.verdict.impossible_poses import first_jump, first_overlap
+from mrs_simulator.verdict.judging import _unfit
 
 SAMPLES, ROBOTS = 50, 3
 
@@ -31,7 +41,7 @@ def same(one, other):
 @pytest.fixture
 def small(monkeypatch):
     monkeypatch.setattr(recording, "MOST_KEPT", 1000)
-    monkeypatch.setattr(recording, "RELEASED", 300)
+    monkeypatch.setattr(sample_blocks, "MOST_SEEN", 5)
 
 
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="no files that are mapped")
@@ -42,7 +52,7 @@ def test_a_long_run_is_not_read_back(small, monkeypatch, tmp_path):
     written = read_run_csv(recorder.path)
     monkeypatch.setattr(recording, "read_run_csv", None)
     assert same(recorder.run(), written)
-    recorder.kept.release()
+    sample_blocks.release()
     assert same(recorder.run(), written)
 
 
@@ -72,3 +82,57 @@ def test_processes_apart_do_not_draw_it(small, tmp_path):
     drawing = figure_process.Drawing.__new__(figure_process.Drawing)
     drawing.begin(recorded(tmp_path / "run.csv"))
     assert not drawing.is_able
+
+
+def resident(directory):
+    """Return how much of maps of files in ``directory`` is resident [bytes]."""
+    total, within = 0, False
+    with open("/proc/self/smaps") as file:
+        for line in file:
+            if re.match("[0-9a-f]+-[0-9a-f]+ ", line):
+                within = str(directory) in line
+            elif within and line.startswith("Rss:"):
+                total += 1024 * int(line.split()[1])
+    return total
+
+
+LONG, FEW = 20000, 4  # samples and robots
+TOPOLOGY = Topology(FEW, [(k, k + 1) for k in range(1, FEW)])
+LOOKS = {
+    "a look at all": lambda run: [run.pose[rows].sum() for rows in blocks(LONG, FEW)],
+    "least distance": lambda run: least_distance_over(run.hand),
+    "jumps": lambda run: first_jump(run.time, run.pose, np.full(FEW, 1.0)),
+    "overlaps": lambda run: first_overlap(run.pose, 0.3),
+    "places": _unfit,
+    "extremes": lambda run: extremes(run.hand),
+    "errors": lambda run: equations.error_norms(run.hand, np.zeros((FEW, 2)), TOPOLOGY),
+}
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/smaps"), reason="no list of maps")
+@pytest.mark.parametrize("name", LOOKS)
+def test_looks_at_a_long_run_leave_little_of_it_in_memory(tmp_path, monkeypatch, name):
+    monkeypatch.setattr(recording, "MOST_KEPT", 1000)
+    monkeypatch.setattr(sample_blocks, "MOST_SEEN", LONG // 10)
+    monkeypatch.setattr(sample_blocks, "AT_ONCE", LONG // 100)
+    monkeypatch.setattr(neighbours, "AT_ONCE", LONG // 100)
+    monkeypatch.setattr(equations, "SMALL_TEAM", 0)
+    most, released = [0], sample_blocks.release
+
+    def release():
+        most[0] = max(most[0], resident(tmp_path))
+        released()
+
+    monkeypatch.setattr(sample_blocks, "release", release)
+    kept = recording.Kept(range(1, 1 + FEW), basic_layout(), LONG, directory=str(tmp_path))
+    places = 3.0 * np.arange(FEW)[:, np.newaxis] + np.zeros(kept.table.shape[2])
+    for row in range(LONG):
+        kept.put(slice(row, row + 1), places[np.newaxis])
+    release()
+    run = kept.run(0.1 * np.arange(LONG), None, ([], {}))
+    assert run.hand.sum() == LONG * places[:, :2].sum()
+    whole = resident(tmp_path)
+    released()
+    LOOKS[name](run)
+    release()
+    assert 0 < most[0] < whole / 2 and whole > 8 * 2 * LONG * FEW  # so much of it was looked at

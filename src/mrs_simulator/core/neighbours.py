@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 
-from mrs_simulator.core.sample_blocks import AT_ONCE
+from mrs_simulator.core.sample_blocks import AT_ONCE, note_seen
 
 DENSE = 256  # [-] points up to which all pairs are compared
 # [-] of the least distance, by which points may move before pairs are selected again
@@ -166,6 +166,7 @@ def least_distance_over(track):
         # Not so little that cells of that size could not be numbered.
         near = close_pairs(part[0], max(reach, 1e-6 * np.ptp(part[0], axis=0).max()))
         least = min(least, _least_of(part, *near))
+        note_seen(part[..., 0].size)
         row += len(part)
         size = max(2, min(2 * len(part), AT_ONCE // track.shape[1]))
     return float(least)

@@ -16,6 +16,7 @@ import numpy as np
 from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance_over
+from mrs_simulator.core.sample_blocks import blocks, note_seen, release_of
 from mrs_simulator.core.writing import Blocks, write_text
 from mrs_simulator.record import MOST_KEPT
 from mrs_simulator.record.beside import Beside, cores
@@ -31,7 +32,6 @@ from mrs_simulator.state.state_table import StateTable
 
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
 FREE = 4  # [-] times as much room as that file takes is wanted on its disk
-RELEASED = 1 << 26  # [bytes] of it that are written between two times that its pages are let go
 TOGETHER = 4000  # [-] rows of blocks that are written at once
 BESIDE = 20000  # [-] rows from which on a thread writes those that follow: fewer take some ms
 LONGEST_CAUSE = 200  # [characters] of an error that is quoted
@@ -151,9 +151,11 @@ class Kept:
         self.given = list(robots), layout, samples
         shape = layout.width, samples, len(self.given[0])
         size = 8 * math.prod(shape)
-        self._mapped, self._written = None, 0
+        self._mapped = None
         if size > MOST_KEPT:
             self._mapped = memory = _mapped_file(size, directory)
+            if memory is not None:
+                release_of(memory)
         if size == 0 or size > MOST_KEPT and memory is None:
             self.table = np.empty((0, shape[2], shape[0]))
             return
@@ -169,24 +171,12 @@ class Kept:
     def put(self, rows, numbers):
         """Keep ``numbers`` (m, n, width) of the samples ``rows``, a slice."""
         self.table[rows] = numbers
-        self._written += numbers.nbytes
-        if self._written > RELEASED:
-            self.release()
-
-    def release(self):
-        """Let the pages of the file go, which stay on its disk: they count as memory of this process."""
-        self._written = 0
-        if self._mapped is not None:
-            self._mapped.madvise(mmap.MADV_DONTNEED)
+        note_seen(numbers[..., 0].size)
 
     def are_finite(self, samples):
         """Return whether all numbers of the first ``samples`` are."""
-        step = max(1, RELEASED // max(1, self.table[:1].nbytes))
-        for begin in range(0, samples, step):
-            if not np.isfinite(self.table[begin : min(begin + step, samples)]).all():
-                return False
-            self.release()
-        return True
+        rows = blocks(samples, self.table.shape[1])
+        return all(np.isfinite(self.table[part]).all() for part in rows)
 
     def run(self, time, scenario, facts):
         """Return the ``Run`` of the first m samples, at ``time`` (m,) [s].

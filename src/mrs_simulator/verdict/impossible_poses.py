@@ -1,5 +1,7 @@
 """What recorded poses cannot be: robots that jump, and bodies inside each other."""
 
+import itertools
+
 import numpy as np
 
 from mrs_simulator.core.neighbours import close_pairs, lengths
@@ -50,7 +52,9 @@ def first_overlap(pose, inner, z=None, tall=0.0):
     largest = 2.0 * float(inner.max()) - PRESSED if len(inner) > 1 else 0.0
     if largest <= 0.0:
         return None
-    for sample, points in enumerate(pose[:, :, :2]):
+    rows = blocks(*pose.shape[:2])
+    for sample in itertools.chain.from_iterable(range(part.start, part.stop) for part in rows):
+        points = pose[sample, :, :2]
         if not np.isfinite(points).all():
             continue
         first, second = close_pairs(points, largest)

@@ -9,6 +9,7 @@ import numpy as np
 from mrs_simulator.control.user_code import call, print_raised
 from mrs_simulator.core.claims import Claim, Condition, proved, without_theorem
 from mrs_simulator.core.doc_links import named
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.published.laws import Resumed
@@ -185,7 +186,9 @@ def _joined(theory, changed):
 def _unfit(run):
     """Return which conditions of any claim ``run`` does not keep, a list of ``Condition``."""
     count = len(run.time)
-    lost = ~np.isfinite(run.hand).all(axis=(1, 2))
+    lost = np.empty(count, dtype=bool)
+    for rows in blocks(count, len(run.robots)):
+        lost[rows] = ~np.isfinite(run.hand[rows]).all(axis=(1, 2))
     when = "not at {:g} s".format(run.time[np.argmax(lost)] - run.time[0])
     conditions = (
         Condition("two samples", count > 1, "there is {}".format(count)),

@@ -167,7 +167,10 @@ def error_norm(hand, offsets, topology):
 def error_norms(hand, offsets, topology):
     """Return the largest ``|alpha_i - alpha_i*|`` [m] in each of the samples ``hand`` (m, n, d), (m,)."""
     if topology.n > SMALL_TEAM:
-        return np.array([error_norm(points, offsets, topology) for points in hand])
+        parts = (hand[rows] for rows in blocks(len(hand), topology.n))
+        return np.array(
+            [error_norm(points, offsets, topology) for part in parts for points in part]
+        )
     errors = from_mean(np.eye(topology.n), topology)  # of each other robot's place: they are linear
     result = np.empty(len(hand))
     for rows in blocks(len(hand), topology.n):

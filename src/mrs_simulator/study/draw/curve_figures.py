@@ -5,6 +5,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.sample_blocks import release
 from mrs_simulator.state.columns import ARM
 from mrs_simulator.study.draw.canvas import styled
 from mrs_simulator.study.draw.figure_parts import (
@@ -134,6 +135,7 @@ def _draw_curves(axes, run, values, marked=False, **style):
         # Steps between thinned samples would be longer than the true ones.
         style["drawstyle"] = "default"
     lines = [thin(run.time, column, most) for column in values.T]
+    release()
     if len(lines) > MOST_LINES and len(values) > 1:
         draw_many(axes, lines, color=colours, **style)
         return

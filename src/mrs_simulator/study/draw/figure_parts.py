@@ -110,8 +110,17 @@ def points_of(run, prediction):
     """Return the points to draw, (m, n, 2) [m]: centres, or hand points to hold against theory."""
     points = run.pose[:, :, :2] if prediction is None else run.hand[:, :, :2]
     # A long run is not copied.
-    near = points.min() >= -FARTHEST_DRAWN and points.max() <= FARTHEST_DRAWN
+    low, high = extremes(points)
+    near = low >= -FARTHEST_DRAWN and high <= FARTHEST_DRAWN
     return points if near else np.clip(points, -FARTHEST_DRAWN, FARTHEST_DRAWN)
+
+
+def extremes(values):
+    """Return the least and the greatest of ``values`` (m, ...) but NaN, looked at part by part."""
+    parts = (values[rows] for rows in blocks(len(values), values[0].size))
+    ends = [(np.fmin.reduce(part, axis=None), np.fmax.reduce(part, axis=None)) for part in parts]
+    lows, highs = zip(*ends)
+    return np.fmin.reduce(lows), np.fmax.reduce(highs)
 
 
 def predicted_of(run, prediction):
@@ -126,8 +135,7 @@ def predicted_of(run, prediction):
 
 def _near(run, hand):
     """Return ``hand`` (p, n, d) [m] with NaN where it is far away from what ``run`` shows."""
-    columns = np.moveaxis(run.hand, 2, 0)
-    corners = [[end(column) for column in columns] for end in (np.nanmin, np.nanmax)]
+    corners = list(zip(*map(extremes, np.moveaxis(run.hand, 2, 0))))
     given = np.clip(corners, -FARTHEST_DRAWN, FARTHEST_DRAWN), THEORY_REACH, LEAST_EXTENT
     # A long run is looked at in parts, to save memory.
     if all(are_near(hand[rows], *given).all() for rows in blocks(*hand.shape[:2])):

@@ -13,6 +13,7 @@ import functools
 import io
 import os
 
+from mrs_simulator.core.sample_blocks import release
 from mrs_simulator.study.draw.canvas import (
     HEIGHT,
     in_style,
@@ -52,6 +53,7 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None, pa
             settle(figure)
             made = [os.path.join(out_dir, name + "." + kind) for kind in formats]
             paths += [save(figure, path, look.stamp) for path in made]
+            release()  # what the figure shows is in it
     return paths
 
 

@@ -16,6 +16,7 @@ from mrs_simulator.study.draw.figure_parts import (
     START_COLOUR,
     draw_alike,
     emptied,
+    extremes,
     legend_above,
     most_points,
     points_of,
@@ -236,9 +237,8 @@ def _extent(run, prediction, others=()):
     shown += [points_of(other, None) for other in others]
     if prediction is not None:
         shown.append(predicted_of(run, prediction)[1][:, :, :2])
-    columns = [[part[..., axis] for part in shown] for axis in (0, 1)]
-    low = np.array([min(map(np.nanmin, parts)) for parts in columns])
-    high = np.array([max(map(np.nanmax, parts)) for parts in columns])
+    ends = [list(zip(*(extremes(part[..., axis]) for part in shown))) for axis in (0, 1)]
+    low, high = np.array([(min(lows), max(highs)) for lows, highs in ends]).T
     side = max(LEAST_EXTENT, np.max(high - low))
     lacking = (side - np.max(high - low)) / 2.0
     return with_obstacles(low - lacking, high + lacking, _obstacles(run), REACH * side)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
+from mrs_simulator.core import sample_blocks
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.protocols import energies
@@ -48,6 +49,19 @@ def test_energies_typed_out():
     # (0.25 + 2.25 + 1)/3; 2 * 0.5 (2/3 * 0.25 + 1/3 * 1).
     assert cost.value(two) == pytest.approx(3.5 / 3.0)
     assert cost.dissipation(two) == pytest.approx(0.5)
+
+
+def test_energies_of_edges_are_the_same_numbers_over_many_states(monkeypatch):
+    """Of a dozen pairs, so that the order of their sum shows, in several blocks of states."""
+    monkeypatch.setattr(sample_blocks, "AT_ONCE", 30)
+    graph, random = Topology.preset("ring", 12), np.random.default_rng(0)
+    places, states = random.uniform(0.0, 1.0, (12, 2)), random.uniform(0.0, 1.0, (9, 12, 2))
+    pairs = np.stack([np.arange(11), np.arange(1, 12)], axis=1)
+    for energy in (tension_energy(pairs, 4.0, 0.2), length_energy(graph, places, 0.1)):
+        values = [energy.of(state, None, 0.0) for state in states]
+        assert energy.values(states).tolist() == values
+        losses = [energy.spent(state, None, 0.0) for state in states]
+        assert energy.losses(states, None, None).tolist() == losses
 
 
 def test_energies_of_bearings_and_errors_typed_out():

@@ -8,6 +8,7 @@ the time [s].
 import numpy as np
 
 from mrs_simulator.core.linear_theorem import ZERO
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.protocols.curves import Energy
 
 DOUBLINGS = 60  # [-] most of Smith's method
@@ -86,20 +87,32 @@ def lyapunov(matrix):
 def edge_energy(pairs, of_length, slope, gain, name):
     """Return ``V = sum over pairs of of_length(d)`` and ``D = gain sum_i |grad_i V|^2``, robots from 0.
 
-    ``of_length`` and its derivative ``slope`` are functions of the pairs' distances d (m,) [m].
+    ``of_length`` and its derivative ``slope`` are functions of the pairs' distances d (..., m) [m].
     """
     first, second = np.asarray(pairs, dtype=int).reshape(-1, 2).T
 
+    def some_pairs(function):  # at a time: those of all states at once take much memory
+        def of(hand):
+            if hand.ndim == 2:
+                return function(hand)
+            some = blocks(len(hand), len(first))
+            return np.concatenate([function(hand[rows]) for rows in some])
+
+        return of
+
+    def apart_of(hand):  # state after state in memory, so that sums are those of one
+        apart = np.take(hand, first, axis=-2) - np.take(hand, second, axis=-2)
+        return apart, np.linalg.norm(apart, axis=-1)
+
     def value(hand):
-        return float(of_length(np.linalg.norm(hand[first] - hand[second], axis=1)).sum())
+        return of_length(apart_of(hand)[1]).sum(axis=-1)
 
     def dissipation(hand):
-        apart = hand[first] - hand[second]
-        distance = np.linalg.norm(apart, axis=1)
-        pull = (slope(distance) / np.maximum(distance, 1e-12))[:, np.newaxis] * apart
-        total = np.zeros_like(hand)
-        np.add.at(total, first, pull)
-        np.add.at(total, second, -pull)
-        return gain * float((total**2).sum())
+        apart, distance = apart_of(hand)
+        pull = (slope(distance) / np.maximum(distance, 1e-12))[..., np.newaxis] * apart
+        total = np.zeros(hand.shape)
+        np.add.at(total, (Ellipsis, first, slice(None)), pull)
+        np.add.at(total, (Ellipsis, second, slice(None)), -pull)
+        return gain * _squares(total)
 
-    return Energy(name, value, dissipation)
+    return Energy(name, some_pairs(value), some_pairs(dissipation), stacks=True)

@@ -23,17 +23,16 @@ def coverage_energy(samples, density, gain):
     and Bullo, 2004.
     """
     share = density / density.sum()
+    x, y = np.ascontiguousarray(samples.T)
 
-    def cells(hand):
-        squared = ((samples[:, np.newaxis] - hand[np.newaxis]) ** 2).sum(axis=2)
-        return squared, squared.argmin(axis=1)
+    def squared(hand):  # (n, k); column by column, as sums of two numbers a row are slow
+        return (x - hand[:, :1]) ** 2 + (y - hand[:, 1:]) ** 2
 
     def value(hand):
-        squared, owner = cells(hand)
-        return float(share @ squared[np.arange(len(samples)), owner])
+        return float(share @ squared(hand).min(axis=0))
 
     def dissipation(hand):
-        owner = cells(hand)[1]
+        owner = squared(hand).argmin(axis=0)
         mass = np.bincount(owner, share, len(hand))
         drawn = np.stack(
             [np.bincount(owner, share * column, len(hand)) for column in samples.T], axis=1

@@ -173,13 +173,14 @@ def _drawings(memory):
 
 
 def _draw_all(pipes, drawings):
-    """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
+    """Load what draws runs, and serve the first of ``pipes``, the second one in a process forked then."""
     gc.disable()  # it would look through all of matplotlib again and again, a fourth of the time
 
     from matplotlib import artist
 
     artist.kwdoc = lambda _: ""  # texts of help, a third of what matplotlib takes to load
 
+    import mrs_simulator.record.recording  # noqa: F401
     from mrs_simulator.study.draw.figures import warm_up
 
     first, second = pipes

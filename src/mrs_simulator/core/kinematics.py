@@ -325,14 +325,14 @@ class Reach(NamedTuple):
 def ramped(velocity, target, reach):
     """Return what :func:`ramp` does, for a step of which ``reach``, a :class:`Reach`, is known."""
     change = target - velocity
-    np.maximum(change, reach.down, out=change)
-    np.minimum(change, reach.up, out=change)
+    np.maximum(change, reach.down, change)
+    np.minimum(change, reach.up, change)
     mean = np.abs(change)
     mean *= change
     mean /= reach.both
-    after = velocity + change
-    np.subtract(after, mean, mean)
-    return after, mean
+    change += velocity
+    np.subtract(change, mean, mean)
+    return change, mean
 
 
 def scaled(command, excess, scope="robot"):

@@ -109,8 +109,7 @@ class StudyWidget(StudyPanels):
         self.tick()
 
     def _start_timer(self, period, slot):
-        timer = QTimer(self)
-        timer.timeout.connect(slot)
+        timer = QTimer(self, timeout=slot)
         timer.start(period)
 
     @property

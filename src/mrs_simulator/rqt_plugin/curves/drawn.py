@@ -108,8 +108,7 @@ class DrawnCurves(QWidget):
         self._xlim, self._ylim = None, None  # None: all
         self._drawn, self._dirty = None, True
         self._goes_on = False  # whether an error is still being computed
-        self.timer = QTimer(self, interval=PERIOD)
-        self.timer.timeout.connect(self.tick)
+        self.timer = QTimer(self, interval=PERIOD, timeout=self.tick)
         self._make_controls()
         self._make_canvas()
         self._take_look()

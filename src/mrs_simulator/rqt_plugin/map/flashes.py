@@ -19,8 +19,7 @@ class Flashes:
     def __init__(self, parent, changed):
         self._held = collections.deque(maxlen=MOST_FLASHES)
         self._changed = changed
-        self._timer = QTimer(parent, interval=FLASH_PERIOD)
-        self._timer.timeout.connect(self.fade)
+        self._timer = QTimer(parent, interval=FLASH_PERIOD, timeout=self.fade)
 
     def add(self, x, y):
         """Let (x, y) [m] flash from now on."""

@@ -82,10 +82,8 @@ class MapPanel(QWidget):
         self._build_modes()
         self._build_shown()
         self._build_trail()
-        self._fit = fit = QToolButton()
-        fit.setText("Fit")
+        self._fit = fit = QToolButton(text="Fit", clicked=guarded(lambda *_: self.map.fit()))
         fit.setToolTip("Fit the team and what is near it into view (F)")
-        fit.clicked.connect(guarded(lambda *_: self.map.fit()))
         self._row.addWidget(fit)
         column_of(self._row, (self.map, 1), owner=self, margins=0)
 
@@ -177,8 +175,7 @@ class MapPanel(QWidget):
 
     def _build_shown(self):
         for name, text, tip in SHOWN:
-            button = QCheckBox(text, toolTip="Show or hide " + tip)
-            button.setChecked(name not in HIDDEN)
+            button = QCheckBox(text, toolTip="Show or hide " + tip, checked=name not in HIDDEN)
             self._row.addWidget(button)
             button.toggled.connect(guarded(lambda on, layer=name: self.map.set_shown(layer, on)))
             self.shown[name] = button
@@ -221,11 +218,9 @@ class MapPanel(QWidget):
         return modes + sum(each.sizeHint().width() + 3 * self._row.spacing() for each in rest)
 
     def _build_trail(self):
-        self.trail = QCheckBox("Trail of ...")
+        self.trail = QCheckBox("Trail of ...", visible=False, toggled=self._on_trail)
         self.trail.setToolTip("Show or hide the trajectory of the robot selected")
         self._row.addWidget(self.trail)
-        self.trail.setVisible(False)
-        self.trail.toggled.connect(self._on_trail)
         self._trail_entry = self.layers.menu().addAction(self.trail.text())
         self._trail_entry.setCheckable(True)
         self._trail_entry.setVisible(False)

@@ -184,8 +184,7 @@ class RunBar(QWidget):
 
     def _add_exports(self, button):
         """Offer the other ways to take results away in a menu of the ``button``."""
-        self.exports = menu = QMenu(self)
-        menu.setToolTipsVisible(True)
+        self.exports = menu = QMenu(self, toolTipsVisible=True)
         for name, text, meaning in EXPORTS:
             entry = menu.addAction(text)
             entry.setToolTip(meaning)
@@ -317,10 +316,9 @@ class RunBar(QWidget):
 
 
 def _shortcut(key, owner, action):
-    shortcut = QShortcut(QKeySequence(key), owner)
+    shortcut = QShortcut(QKeySequence(key), owner, activated=guarded(lambda *_: action()))
     # Of this plugin alone: rqt's other plugins keep their keys.
     shortcut.setContext(Qt.WidgetWithChildrenShortcut)
-    shortcut.activated.connect(guarded(lambda *_: action()))
 
 
 def _line():

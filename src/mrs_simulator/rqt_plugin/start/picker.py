@@ -111,13 +111,11 @@ class ScenarioPicker(QDialog):
         line = self.fontMetrics().height()
         self.resize(TEXT_ROOM * line, 38 * line)
         self.cards, self._groups = None, {}
-        self.timer = QTimer(self, interval=POLL)
-        self.timer.timeout.connect(self._follow)
+        self.timer = QTimer(self, interval=POLL, timeout=self._follow)
         self._begin()
 
     def _build_buttons(self):
-        self.at_start = QCheckBox("Show at the start")
-        self.at_start.setChecked(self._memory.kept()["picker"])
+        self.at_start = QCheckBox("Show at the start", checked=self._memory.kept()["picker"])
         self.at_start.toggled.connect(guarded(lambda on: self._memory.change(picker=on)))
         browse, opens, closes = (QPushButton(t) for t in ("Other file...", "Open", "Close"))
         browse.clicked.connect(self._on_browse)

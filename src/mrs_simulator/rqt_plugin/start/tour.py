@@ -35,8 +35,7 @@ class Tour(QFrame):
         below = row_of((self._count, 1), self.close_button, self.next)
         column_of(self.text, below, owner=self)
         self.setFixedWidth(max(WIDE * self.fontMetrics().height(), below.sizeHint().width() + 24))
-        self._again = QTimer(self, singleShot=True)
-        self._again.timeout.connect(self._place)
+        self._again = QTimer(self, singleShot=True, timeout=self._place)
         self._followed = []  # what the note is about, and what that lies in
         self._show()
 

@@ -68,8 +68,7 @@ class TeamTable(QTableView):
         self.setMinimumHeight(int((ROWS_SHOWN + 1) * height))
         self._add_action("Copy", QKeySequence.Copy, self.copy)
         self._paste = self._add_action("Paste", QKeySequence.Paste, self.paste)
-        self._rest = QTimer(self, interval=REST, singleShot=True)
-        self._rest.timeout.connect(self.fit_columns)
+        self._rest = QTimer(self, interval=REST, singleShot=True, timeout=self.fit_columns)
         model.dataChanged.connect(self._on_data)
         for changed in (model.modelReset, model.rowsInserted, model.rowsRemoved):
             changed.connect(self.fit_columns)
@@ -99,8 +98,7 @@ class TeamTable(QTableView):
     def _add_action(self, text, keys, function):
         # The keys are shown here and handled below: as a shortcut they might clash with rqt's.
         text = "{}\t{}".format(text, QKeySequence(keys).toString(QKeySequence.NativeText))
-        action = QAction(text, self)
-        action.triggered.connect(function)
+        action = QAction(text, self, triggered=function)
         self.addAction(action)
         return action
 

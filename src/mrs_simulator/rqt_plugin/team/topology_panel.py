@@ -49,8 +49,7 @@ class TopologyPanel(QWidget):
 
     def _build(self):
         presets = self._build_presets()
-        self.as_directed = QCheckBox("directed: the neighbour sends to the robot")
-        self.as_directed.setChecked(True)
+        self.as_directed = QCheckBox("directed: the neighbour sends to the robot", checked=True)
         self.as_directed.toggled.connect(self._on_directed)
         self.table = QTableWidget(0, len(COLUMNS))
         self.table.setHorizontalHeaderLabels(COLUMNS)

@@ -61,11 +61,10 @@ class VerdictPanel(QWidget):
         self.verdict = None  # as in verdict.json, None before the first
         self._title, self.more = MessageLabel("aside"), MessageLabel("aside")
         self.table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
-        self.copy = QPushButton("Copy", clicked=self.table.copy)
+        self.copy = QPushButton("Copy", clicked=self.table.copy, enabled=False)
         self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
         whole = page_of(row_of((self._title, 1), self.copy), (self.table, 1), self.more)
         column_of(scrolled(whole), owner=self, margins=0)
-        self.copy.setEnabled(False)
         self._title.say(BEFORE)
         self._checks = []  # of the rows
         self._remark, self._said, self._headline = "", (BEFORE, "aside"), ""

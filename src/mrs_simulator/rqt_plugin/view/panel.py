@@ -32,22 +32,17 @@ class ViewPanel(QWidget):
         self.followed.setToolTip("Keep a robot in the centre")
         self.followed.setSizeAdjustPolicy(QComboBox.AdjustToContents)
         self.followed.activated.connect(self._on_follow)
-        self.above = top = QToolButton()
-        top.setText("Top")
+        self.above = top = QToolButton(text="Top", clicked=self._on_top)
         top.setToolTip("Look straight down, north up, or from aside again (T)")
-        top.clicked.connect(self._on_top)
         fit = QToolButton(text="Fit", toolTip="Fit the team into view (F). " + HINT)
         fit.clicked.connect(self._on_fit)
-        self.beside = QCheckBox("Beside map")
+        self.beside = QCheckBox("Beside map", checked=True)
         self.beside.setToolTip("Show this view beside the map, else among the tabs below")
-        self.beside.setChecked(True)
-        self._hint = hint = QLabel(HINT)
-        hint.setEnabled(False)
+        self._hint = hint = QLabel(HINT, enabled=False)
         hint.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)  # cut off rather than wide
         above = row_of((hint, 1), 0, self.beside, self.followed, top, fit)
         column_of(above, (self.canvas, 1), owner=self, margins=0)
-        self.timer = QTimer(self, interval=PERIOD)
-        self.timer.timeout.connect(self.refresh)
+        self.timer = QTimer(self, interval=PERIOD, timeout=self.refresh)
 
     def showEvent(self, event):
         """Begin to poll for changes, which are not drawn while the view is hidden."""

@@ -17,8 +17,7 @@ class OnScreen(QObject):
     def __init__(self, window):
         super().__init__(window)
         self._window, self._looks = window, 0
-        self._timer = QTimer(self, interval=EVERY)
-        self._timer.timeout.connect(self._on_time)
+        self._timer = QTimer(self, interval=EVERY, timeout=self._on_time)
         window.installEventFilter(self)
 
     def eventFilter(self, watched, event):

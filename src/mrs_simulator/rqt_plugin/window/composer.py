@@ -72,8 +72,7 @@ class Composer(QDialog):
         self.save.clicked.connect(self._on_save)
         last = row_of((self.command, 1), self.copy, self.save)
         column_of((across, 1), self.note, last, owner=self)
-        self._timer = QTimer(self)
-        self._timer.timeout.connect(self._on_timer)
+        self._timer = QTimer(self, timeout=self._on_timer)
         self._timer.start(EVERY)
         self._on_choice()
 
@@ -81,8 +80,7 @@ class Composer(QDialog):
         grid = QGridLayout()
         self.panels = {}
         for name, title in PANELS:
-            box = self.panels[name] = QCheckBox(title)
-            box.setChecked(name in FIRST)
+            box = self.panels[name] = QCheckBox(title, checked=name in FIRST)
             box.toggled.connect(self._on_choice)
             grid.addWidget(box, grid.rowCount(), 0, 1, 2)
         self.robots, self.begin, self.end = QLineEdit(), QLineEdit(), QLineEdit()

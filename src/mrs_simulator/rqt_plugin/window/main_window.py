@@ -145,6 +145,5 @@ def _end_on_signals(application):
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, from_event_loop(lambda *_: application.closeAllWindows()))
     # Python sees a signal only when Qt gives it a moment.
-    timer = QTimer(application)
-    timer.timeout.connect(lambda: None)
+    timer = QTimer(application, timeout=lambda: None)
     timer.start(200)

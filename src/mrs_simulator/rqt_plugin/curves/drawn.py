@@ -194,13 +194,12 @@ class DrawnCurves(QWidget):
         return self.tabs.tabData(max(0, self.tabs.currentIndex())) if self.tabs.count() else 0
 
     def _make_controls(self):
-        self.tabs, self.field, self.follow = QTabBar(), QLineEdit(), QCheckBox("Follow")
+        self.tabs, self.field, self.follow = QTabBar(), QLineEdit(toolTip=ALL), QCheckBox("Follow")
         self.set_axes(USUAL_AXES)
         self.tabs.setExpanding(False)
         self.tabs.setDrawBase(False)
         self.tabs.currentChanged.connect(self._on_tab)
         self.field.setPlaceholderText("all robots")
-        self.field.setToolTip(ALL)
         self.field.textChanged.connect(self._on_field)
         self.follow.setChecked(True)
         self.follow.setToolTip(FOLLOW)

@@ -116,14 +116,12 @@ class MapPanel(QWidget):
 
     def _build_help(self):
         """Build what modes offer, over the map's lower axis, and their hints, above it; the view stays."""
-        self.help, self.hint = QFrame(self.map), QLabel(self.map)
-        self.help.setAutoFillBackground(True)
+        self.help, self.hint = QFrame(self.map, autoFillBackground=True), QLabel(self.map, margin=2)
         self.help.setFrameShape(QFrame.StyledPanel)
         self.hint.setWordWrap(True)
         column_of(self.obstacles, self.ahead, owner=self.help, margins=(4, 1, 4, 1), spacing=1)
         Overlay(self.help, self.map, self.map.rect)
         # What lies below a hint can be seen, and clicked.
-        self.hint.setMargin(2)
         self._tint_hint()
         self.hint.setAttribute(Qt.WA_TransparentForMouseEvents)
         self._over = Overlay(self.hint, self.map, self._above_help)
@@ -183,11 +181,9 @@ class MapPanel(QWidget):
 
     def _build_layers(self):
         """Build a menu of what is shown, in place of the boxes where these would take another line."""
-        self.layers, menu = QToolButton(), QMenu(self)
-        self.layers.setText("Show")
+        self.layers, menu = QToolButton(text="Show"), QMenu(self, toolTipsVisible=True)
         self.layers.setToolTip("Show or hide parts of the map")
         self.layers.setPopupMode(QToolButton.InstantPopup)
-        menu.setToolTipsVisible(True)
         for box in self.shown.values():
             entry = menu.addAction(box.text())
             entry.setToolTip(box.toolTip())

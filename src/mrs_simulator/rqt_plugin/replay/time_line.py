@@ -71,11 +71,9 @@ class TimeLine(QWidget):
     def __init__(self, cursor, parent=None):
         super().__init__(parent)
         self.cursor, self._has_room, self._opened, self.run = cursor, True, None, QLabel()
-        self.play, self.newest = QToolButton(), QToolButton()
+        self.play, self.newest = QToolButton(), QToolButton(checkable=True, clicked=self._on_newest)
         self.slider, self.speed, self.label = TimeSlider(cursor), QComboBox(), QLabel(NO_RUN)
         self.play.clicked.connect(guarded(lambda *_: cursor.play(not cursor.playing)))
-        self.newest.setCheckable(True)
-        self.newest.clicked.connect(self._on_newest)
         self.run.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         small = self.font()
         small.setPointSizeF(SMALL * small.pointSizeF())  # so that the line is no higher

@@ -170,10 +170,8 @@ class RunBar(QWidget):
         button.setText("\u25b6 " + button.text())
 
     def _build_menu(self):
-        self.more, menu = QToolButton(), QMenu(self)
-        self.more.setText("More")
+        self.more, menu = QToolButton(text="More", popupMode=QToolButton.InstantPopup), QMenu(self)
         self.more.setToolTip("Start and stop simulation and controller, each by itself, and others")
-        self.more.setPopupMode(QToolButton.InstantPopup)
         menu.setToolTipsVisible(True)
         for name, text, key, _ in ACTIONS:
             if name in FOLDED:

@@ -52,8 +52,7 @@ class ProgramsPanel(QWidget):
         self._programs, self._users, self._states, self._levels = (), (), None, None
         self.table, self.nodes = ResultsTable(HEADERS, STATE), ResultsTable(NODES, MESSAGE)
         self.table.itemSelectionChanged.connect(guarded(self._offer))
-        self.output, self.command = QPlainTextEdit(), QLineEdit()
-        self.output.setReadOnly(True)
+        self.output, self.command = QPlainTextEdit(readOnly=True), QLineEdit()
         self.details = QTabWidget()
         self.details.addTab(self.output, "Output")
         self.details.addTab(self.nodes, "Diagnostics")

@@ -28,9 +28,8 @@ class ComparisonPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._title, self._copy = MessageLabel("aside"), QPushButton("Copy")
+        self._title, self._copy = MessageLabel("aside"), QPushButton("Copy", clicked=self._on_copy)
         self._copy.setToolTip("Copy both tables for a spreadsheet")
-        self._copy.clicked.connect(self._on_copy)
         self._tables, self.parameters, self.claims = QSplitter(Qt.Horizontal), None, None
         whole = page_of(row_of((self._title, 1), self._copy), (self._tables, 1))
         self._tables.setMinimumHeight(LEAST * self.fontMetrics().height())

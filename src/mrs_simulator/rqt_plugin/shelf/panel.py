@@ -44,10 +44,9 @@ class ShelfPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._entries, self._filter, self._is_low = [], QLineEdit(), False
+        self._entries, self._filter, self._is_low = [], QLineEdit(placeholderText="Filter"), False
         self.list, self._hint = RunList(), MessageLabel("aside")
         self._hint.say(EMPTY)
-        self._filter.setPlaceholderText("Filter")
         self._filter.setToolTip("Words that name, protocol, verdict or note contain")
         self._filter.setClearButtonEnabled(True)
         self._filter.textChanged.connect(guarded(lambda *_: self._list()))
@@ -78,11 +77,9 @@ class ShelfPanel(QWidget):
         return details
 
     def _build_foot(self):
-        self._size, self.undo = QLabel(), QPushButton("Undo deletion")
+        self._size, self.undo = QLabel(enabled=False), QPushButton("Undo deletion", visible=False)
         self._size.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
-        self._size.setEnabled(False)
         self.undo.clicked.connect(guarded(lambda *_: self.undo_asked.emit()))
-        self.undo.setVisible(False)
         return row_of((self._size, 1), self.undo)
 
     # Showing -------------------------------------------------------------------------------------

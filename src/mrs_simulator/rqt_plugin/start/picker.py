@@ -98,9 +98,8 @@ class ScenarioPicker(QDialog):
         self._memory = memory
         self.setWindowTitle("Choose a scenario")
         OnScreen(self)
-        self._find, self.list = QLineEdit(), QListWidget()
+        self._find, self.list = QLineEdit(clearButtonEnabled=True), QListWidget()
         self._find.setPlaceholderText("Find by title, law, kind of robots or theorem")
-        self._find.setClearButtonEnabled(True)
         self._find.textChanged.connect(self._on_find)
         self.list.setItemDelegate(CardRow(self.list))
         self.list.setVerticalScrollMode(QListWidget.ScrollPerPixel)

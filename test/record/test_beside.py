@@ -1,6 +1,8 @@
 """A thread that writes what a run records: the same files, warnings and errors as without it."""
 
+import contextlib
 import gc
+import os
 import signal
 import subprocess
 import sys
@@ -13,8 +15,12 @@ from mrs_simulator.core import compiling, writing
 from mrs_simulator.record import recording
 from mrs_simulator.record.beside import MOST_WAITING, Beside
 from mrs_simulator.record.recording import Recorder, read_run_csv
+from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.state.state_table import StateTable
+from mrs_simulator.study.run import experiment
 
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
 ROBOTS, SAMPLES = 3, 60
 SCRIPT = """
 import os, signal, sys
@@ -25,6 +31,7 @@ from mrs_simulator.record import recording
 writing.FLUSH_PERIOD = 0.0
 recording.Recorder._pays_beside = lambda self: True
 recorder = recording.Recorder(sys.argv[1], [1, 2])
+recorder.write_together()
 for k in range(50):
     recorder.block([float(k)], np.full((1, 2, 3), float(k)), np.zeros((1, 2, 2)))
 {}
@@ -50,6 +57,7 @@ def add_blocks(recorder, samples=SAMPLES, most=7, before=lambda at: None, begin=
     From the row ``begin`` up to ``samples``.
     """
     draw, at = np.random.default_rng(0), begin
+    recorder.write_together()
     while at < samples:
         count = min(1 + at % most, samples - at)
         before(at)
@@ -144,6 +152,7 @@ def test_a_full_disk_is_told_with_the_time_of_the_sample(tmp_path, threaded):
     recorder = Recorder(str(tmp_path / "run.csv"), [1], warn=told.append)
     disk = recorder._file._file = Disk(recorder._file._file)
     disk.is_full, disk.before = True, recorded.wait
+    recorder.write_together()
     for k in range(3):
         recorder.block([0.1 * k], np.zeros((1, 1, 3)), np.zeros((1, 1, 2)))
     recorded.set()
@@ -222,6 +231,23 @@ def test_what_was_recorded_is_there_after_any_end(tmp_path, end, code):
     )
     assert ended.returncode == code
     np.testing.assert_array_equal(read_run_csv(path).time, range(50))
+
+
+@pytest.mark.parametrize("rows", [1, 4000])
+def test_experiments_write_by_it(tmp_path, threaded, monkeypatch, rows):
+    monkeypatch.setattr(experiment, "ROWS_AT_ONCE", rows)
+    scenario = load_scenario(PAPER)._replace(duration=3.0)
+    path, found = tmp_path / "run.csv", []
+    for wanted in (False, True):
+        threaded(wanted)
+        made = experiment.Experiment(scenario)
+        with contextlib.closing(made.world), Recorder(
+            str(path), made.control.numbers, layout=made.layout
+        ) as recorder:
+            assert sum(made.record(recorder)) == 31
+            assert (recorder._beside is not None) == wanted
+        found.append(path.read_bytes())
+    assert found[0] == found[1]
 
 
 def has_thread(tmp_path, samples):

@@ -247,7 +247,7 @@ class Recorder:
         self._warn = warn or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
         self._trouble, self._warnings, self._told = "", [], 0
-        self._beside = None  # the thread that writes
+        self._is_together, self._beside = False, None  # the thread that writes
 
     @staticmethod
     def _opened(path, layout):
@@ -274,14 +274,8 @@ class Recorder:
     def block(self, stamps, poses, commands):
         """Write samples of unicycles at ``stamps`` (k,) [s], as :meth:`sample` does one after the other.
 
-        ``poses`` (k, n, 3) and ``commands`` (k, n, 2).  Of a long run a thread writes them meanwhile.
+        ``poses`` (k, n, 3) and ``commands`` (k, n, 2).
         """
-        most = max(1, TOGETHER // len(self._numbers))
-        if len(self._waiting) < most:
-            self._settle()
-            self._waiting = np.empty((most, *self._waiting.shape[1:]))
-        if self._beside is None and self._pays_beside():
-            self._beside = Beside()
         at = 0
         while at < len(stamps):
             rows = self._waiting[len(self._stamps) :][: len(stamps) - at]
@@ -290,6 +284,17 @@ class Recorder:
             rows[:, :, self._places["command"]] = commands[part]
             self._add(stamps[part], True)
             at = part.stop
+
+    def write_together(self):
+        """Write many samples at once from now on; where it pays, a thread writes while the run goes on.
+
+        A sample may be in the file ``writing.FLUSH_PERIOD`` later than without.
+        """
+        most = max(1, TOGETHER // len(self._numbers))
+        if len(self._waiting) < most:
+            self._settle()
+            self._waiting = np.empty((most, *self._waiting.shape[1:]))
+        self._is_together = True
 
     def _pays_beside(self):
         """Return whether a thread is to write: what it does so, compiled loops do, beside Python."""
@@ -325,6 +330,8 @@ class Recorder:
             found = rows[pointless]
             self._add_points(found)
             rows[pointless] = found
+        if self._beside is None and self._is_together and self._pays_beside():
+            self._beside = Beside()
         if self._beside is None:
             self._write(begin, stamps, rows)
         else:

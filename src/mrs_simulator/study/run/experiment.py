@@ -127,6 +127,7 @@ class Experiment:
         Raises as :meth:`samples` does.
         """
         self.begin()
+        recorder.write_together()
         most = max(1, ROWS_AT_ONCE // self.scenario.n) if self._is_basic else 1
         for block in self._leaping(most) if self._can_leap() else self.stepping(most):
             if len(block[0]) > 1:

@@ -7,8 +7,8 @@
 
 Processor time [ms], the median of ``REPEATS``: robustness, what decides it and when.  Exits with 1 where
 a formula takes more than ``--most`` [ms], or differs from what the package rtamt (pip install rtamt) has by
-more than ``OFF``.  Windows fit into the signals: rtamt cuts off those that do not.  It is no requirement of
-the tests: 0.4.10 excludes Python 3.13, where the ANTLR runtime 4.7 that it pins, a source package without a
+more than ``OFF``; ``./test.sh all`` compares them.  Windows fit into the signals: rtamt cuts off those that
+do not.  0.4.10 excludes Python 3.13, where the ANTLR runtime 4.7 that it pins, a source package without a
 wheel, no longer imports.
 """
 

@@ -15,7 +15,7 @@ TINY = 1e-300  # [-] as in ``scenery``
 TURN = 2.0 * np.pi  # [rad]
 ROUGH = 1e-3  # [rad] by which two bearings together are wrong at most, and by a margin
 MARGIN = 1e-6  # [rad, -] of directions and distances, far more than their rounding
-NONE = -2  # row of no robot
+NONE, NOBODY = -2, np.empty(0, dtype=int)  # row of no robot, and rows of none
 
 
 def meet_box(x, y, u, v, length, width):
@@ -189,9 +189,9 @@ def cast_row(shapes, origin, direction, row, lens, result):
 def cast_all(shapes, origin, direction, rows, lens, result):
     """Fill ``result`` (m, K) with the distances along ``direction`` (m, K, 2) from ``origin``.
 
-    ``rows``: heights, own rows, and those of robots not met, (m,) each; ``lens``: the greatest distance,
-    how far origins lie from the first one, cosine and sine of half the cone, and the angle from ray to ray,
-    0: any.
+    ``rows``: heights, own rows, and those of robots not met, (m,) each, the last for none empty; ``lens``:
+    the greatest distance, how far origins lie from the first one, cosine and sine of half the cone, and the
+    angle from ray to ray, 0: any.
     """
     places, along = np.empty((2, origin.shape[1])), np.empty((2, direction.shape[1]))
     for k in range(direction.shape[0]):
@@ -199,26 +199,26 @@ def cast_all(shapes, origin, direction, rows, lens, result):
             places[0, j], places[1, j] = origin[k, j, 0], origin[k, j, 1]
         for j in range(along.shape[1]):
             along[0, j], along[1, j] = direction[k, j, 0], direction[k, j, 1]
-        row = rows[0][k], rows[1][k], rows[2][k]
+        row = rows[0][k], rows[1][k], rows[2][k] if len(rows[2]) else NONE
         cast_row(shapes, places, along, row, lens, result[k])
 
 
-def cast_turned(shapes, poses, places, along, rows, lens, result):
+def cast_turned(shapes, pose, cosines, sines, places, along, rows, lens, result):
     """Do as ``cast_all`` of robots with the same rays: ``places`` and ``along`` (K, 2) in their frames.
 
-    ``poses`` (m, 4): x, y [m], cosine and sine of the heading.
+    ``pose`` (m, 3); ``cosines`` and ``sines`` (m,) of the headings.
     """
     places, along = places.T.copy(), along.T.copy()
     origin, direction = np.empty(places.shape), np.empty(along.shape)
-    for k in range(poses.shape[0]):
-        x, y, cos, sin = poses[k, 0], poses[k, 1], poses[k, 2], poses[k, 3]
+    for k in range(pose.shape[0]):
+        x, y, cos, sin = pose[k, 0], pose[k, 1], cosines[k], sines[k]
         for j in range(places.shape[1]):
             origin[0, j] = x + cos * places[0, j] - sin * places[1, j]
             origin[1, j] = y + sin * places[0, j] + cos * places[1, j]
         for j in range(along.shape[1]):
             direction[0, j] = cos * along[0, j] - sin * along[1, j]
             direction[1, j] = sin * along[0, j] + cos * along[1, j]
-        row = rows[0][k], rows[1][k], rows[2][k]
+        row = rows[0][k], rows[1][k], rows[2][k] if len(rows[2]) else NONE
         cast_row(shapes, origin, direction, row, lens, result[k])
 
 
@@ -259,12 +259,11 @@ def slack_of(origin):
 def cast_by(loops, shapes, rays, most, cone, unseen):
     """Return what ``scenery.cast`` does, (m, K) [m], by the ``loops``."""
     result = np.empty(rays.shape)
-    unseen = np.full(len(result), NONE) if unseen is None else np.asarray(unseen, dtype=int)
-    rows = _contiguous(rays.height, rays.owner, unseen)
+    rows = _contiguous(rays.height, rays.owner, NOBODY if unseen is None else unseen)
     loop, given, slack, step = rays.given(loops)
     cos, sin = (float(np.cos(cone)), float(np.sin(cone))) if cone else (1.0, 0.0)
     lens = float(most), slack, cos, sin, step
-    loop(_contiguous(*shapes), *_contiguous(*given), rows, lens, result)
+    loop(tuple(shapes), *_contiguous(*given), rows, lens, result)
     return result
 
 

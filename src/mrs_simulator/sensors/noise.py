@@ -163,8 +163,9 @@ class Draws:
         if noise[:-1] == NOISELESS[:-1]:
             return values
         shape = np.shape(values)
-        values = np.array(values, dtype=float).reshape(shape[0], -1)
-        values += self._error(noise, quantity, values.shape[1])
+        values = np.asarray(values, dtype=float).reshape(shape[0], -1)
+        error = self._error(noise, quantity, values.shape[1])
+        values = np.add(values, error, out=error if isinstance(error, np.ndarray) else None)
         if noise.quantum:
             values = noise.quantum * np.round(values / noise.quantum)
         if noise.dropout:
@@ -178,7 +179,7 @@ class Draws:
         return np.broadcast_to(drawn < chance, (len(self._streams._numbers), width))
 
     def _error(self, noise, quantity, width):
-        """Return the error (m, width) before rounding."""
+        """Return the error (m, width) before rounding, a new array, or one number for all."""
         error, draw = noise.bias, self._streams.normal
         if noise.bias_stddev:
             error = error + noise.bias_stddev * draw(quantity + ".bias", width, 0)
@@ -187,8 +188,9 @@ class Draws:
             error = error + step * self._walked(quantity, width)
         if noise.stddev:
             drawn = noise.stddev * draw(quantity + ".stddev", width, self.sample)
-            drawn += error
-            error = drawn
+            error = (
+                drawn if np.ndim(error) == 0 and error == 0.0 else np.add(error, drawn, out=drawn)
+            )
         return error
 
     def _walked(self, quantity, width):

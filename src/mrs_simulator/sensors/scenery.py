@@ -138,9 +138,8 @@ class CarriedRays(NamedTuple):
 
     def given(self, loops):
         """Return what ``Rays.given`` does."""
-        poses = np.column_stack([self.pose[:, :2], *cos_sin(self.pose[:, 2])])
-        slack = slack_of(self.place[np.newaxis])
-        return loops.cast_turned, (poses, self.place, self.along), slack, self.step
+        given = self.pose, *cos_sin(self.pose[:, 2]), self.place, self.along
+        return loops.cast_turned, given, slack_of(self.place[np.newaxis]), self.step
 
     def rays(self):
         """Return the ``Rays`` in the common frame."""

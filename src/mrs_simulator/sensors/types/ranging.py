@@ -63,7 +63,7 @@ class Ranging(Sensor):
         """
         super().__init__(mount, rows, None)
         self._step = step
-        self._height = mount.place[2]
+        self._height = np.full(len(rows), mount.place[2])
         self.places, self._cone = on_robot(mount.place, inner), cone
         # One origin for all rays that begin at the same place costs less.
         shared = (inner[:, :2] == inner[0, :2]).all()
@@ -72,10 +72,10 @@ class Ranging(Sensor):
 
     def read(self, state, environment, rng):
         pose, (least, most) = state.pose[self._rows], (self._settings.least, self._settings.most)
-        height = state.heights[self._rows] + self._height
+        height = self._height + state.heights[self._rows] if "z" in vars(state) else self._height
         rays = CarriedRays(pose, self._origins, self._along, height, self._rows, self._step)
         ranges = rng.noisy(cast(environment.at(state), rays, most, self._cone))
-        ranges = limited(ranges, least, most)
+        limit(ranges, least, most)
         return RangeReading(state.time, ranges, self.places, most, self._cone)
 
 
@@ -90,11 +90,10 @@ def read_range(section, least, most):
     return least, most
 
 
-def limited(ranges, least, most):
-    """Return ``ranges`` no less than ``least`` [m], and inf beyond ``most`` [m]; nan stays."""
-    ranges = np.maximum(ranges, least)
+def limit(ranges, least, most):
+    """Raise ``ranges`` to ``least`` [m], and make those beyond ``most`` [m] inf; nan stays."""
+    np.maximum(ranges, least, out=ranges)
     np.copyto(ranges, np.inf, where=ranges > most)
-    return ranges
 
 
 def on_robot(place, inner):

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.safety import compiled_filter, nearest_velocities
+from mrs_simulator.control.safety import (
+    compiled_filter,
+    compiled_passing,
+    nearest_velocities,
+    one_call,
+)
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.nearest_velocities import Brakes, safe_velocities
 from mrs_simulator.control.stopping import Stopping
@@ -18,7 +23,11 @@ PERIOD = 0.05
 
 
 def choose(monkeypatch, compiled, filter_loops, course_loops):
-    """Let the filter and courses be computed by these loops if ``compiled``, else by numpy."""
+    """Let the filter and courses be computed by these loops if ``compiled``, else by numpy.
+
+    One after the other, not all in one call.
+    """
+    monkeypatch.setattr(one_call, "same_bits", lambda *_: None)
     for module, loops in ((nearest_velocities, filter_loops), (courses, course_loops)):
         chosen = loops if compiled else None
         monkeypatch.setattr(module, "same_bits", lambda *_, chosen=chosen: chosen)
@@ -134,7 +143,7 @@ def test_the_filter_is_compiled_ahead():
     pytest.importorskip("numba")
     assert compile_ahead(["formation_safely", "sensed_crossing"]) == ["formation_safely"]
     loops = *compiled_filter.compiled_loops(), *compiled_courses.compiled_courses()
-    assert all(loop.signatures for loop in loops)
+    assert all(loop.signatures for loop in (*loops, compiled_passing.compiled_passing()))
 
 
 def test_robots_that_wait_for_commands_are_not_kept_waiting_by_compilation(monkeypatch):
@@ -142,7 +151,7 @@ def test_robots_that_wait_for_commands_are_not_kept_waiting_by_compilation(monke
         raise RuntimeError("takes seconds")
 
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
-    monkeypatch.setattr(compiled_filter, "compiled_loops", load)
+    monkeypatch.setattr(one_call, "compiled_passing", load)
     scenario, law = ring(["pioneer3dx"] * 2, 2)
     service = LawService(law)
     service.make(scenario)

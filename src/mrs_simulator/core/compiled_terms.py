@@ -58,7 +58,7 @@ def kept(function, made):
     """Return ``function`` compiled, under a name with a digest of it and of what it calls; ``made`` as
     :func:`linked` has it."""
     name = "{}_{}".format(function.__name__, digest(function))
-    return _kept(name, function, _scope(function, jit(), made), jit(cache=True))
+    return _kept(name, function, _scope(function, jit(), dict(made or {})), jit(cache=True))
 
 
 def _kept(name, function, scope, compile_kept):
@@ -87,17 +87,20 @@ def linked(function, compile_, made=None):
     """Return ``function`` compiled, with the functions of its module that it calls compiled as well.
 
     One that has a method ``compiled`` of its own returns itself so, such as ``compiled_cos_sin.cosines``.
-    ``made``: what some functions have been compiled to, by them.
+    ``made``: what some functions have been compiled to, by them; those that it calls are added, so that
+    each is compiled once, however many call it.
     """
     if hasattr(function, "compiled"):
         return function.compiled()
-    if made and function in made:
+    made = {} if made is None else made
+    if function in made:
         return made[function]
     scope, code = _scope(function, compile_, made), function.__code__
     same = types.FunctionType(
         code, scope, function.__name__, function.__defaults__, function.__closure__
     )
-    return compile_(same)
+    made[function] = compile_(same)
+    return made[function]
 
 
 def digest(function):

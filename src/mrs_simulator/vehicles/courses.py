@@ -42,7 +42,8 @@ class Courses:
         self.dimension = team.dimension  # d, of places
         drive = self.team.groups[0].drive
         plain = drive.RAMPS and not drive.JOINTS and drive.MEDIUM != "air"
-        self._ramps_alone = plain and len(self.team.groups) == 1 and set(drive.AXES) <= set(PLANAR)
+        plain = plain and not hasattr(drive, "lateness")
+        self.ramps_alone = plain and len(self.team.groups) == 1 and set(drive.AXES) <= set(PLANAR)
 
     def at_rest(self, pose, heights):
         """Return the inner states of robots at rest at ``pose`` (n, 3) and ``heights`` (n,) [m]."""
@@ -83,11 +84,11 @@ class Courses:
 
         ``command`` (n, a) is held for ``hold`` [s]; then they brake.
         """
-        if self._ramps_alone and self.dimension == 2:
+        if self.ramps_alone and self.dimension == 2:
             loops = same_bits(compiled_courses, WORTH, 2 + len(pose) // 50)
             if loops is not None:
                 return _looped(loops, self.team.groups[0], inner[0], pose, command, hold)
-        first, brakes = _instants(hold)
+        first, brakes = instants_of(hold)
         held = [self._phase(g, own, g.of(command), first) for g, own in self._each(inner)]
         longest = max(
             (_longest(g, phase[2]) for g, phase in zip(self.team.groups, held)), default=0.0
@@ -151,7 +152,7 @@ class Courses:
 
 
 @functools.lru_cache(maxsize=8)
-def _instants(hold):
+def instants_of(hold):
     """Return the instants [s] at which a command held for ``hold`` [s] is looked at, and shares of the time
     of braking; not to be written to."""
     shares = (np.arange(1, BRAKING + 1) / BRAKING) ** DENSER
@@ -188,34 +189,31 @@ def ramps(inner, target, rates, times, steps):
 
 def _looped(loops, group, inner, pose, command, hold):
     """Return the :class:`Course` of a team of one group that ramps in the plane, by ``Loops``."""
-    drive, (first, brakes), columns = group.drive, _instants(hold), _columns(group.drive.AXES)
-    rates = drive.rates(group.limits, group.numbers)
-    rates = rates if np.shape(rates) == inner.shape else np.broadcast_to(rates, inner.shape)
-    rates = np.ascontiguousarray(rates)
+    drive, (first, brakes), inner = group.drive, instants_of(hold), np.ascontiguousarray(inner)
+    rates = np.ascontiguousarray(
+        np.broadcast_to(drive.rates(group.limits, group.numbers), inner.shape)
+    )
 
     def target(command, inner):
         return np.ascontiguousarray(drive.target(command, inner, group.limits, group.numbers))
 
-    count, (m, a), inner = len(first) + len(brakes), inner.shape, np.ascontiguousarray(inner)
-    mean, ends = np.empty((count, m, 3)), np.zeros((count + 1, m, 3))
-    ends[0, :, columns] = inner.T
-    given = target(command, inner), rates, first, columns
-    held = loops.ramp(inner, *given, mean[:HOLDING], ends[1 : HOLDING + 1])
-    still = target(np.zeros((m, a)), held)
+    aim = target(command, inner)
+    held = loops.followed(inner, aim, rates, hold)
+    still = target(np.zeros(inner.shape), held)
     then = max(loops.longest(held, still, rates), LEAST) * brakes
-    loops.ramp(held, still, rates, then, columns, mean[HOLDING:], ends[HOLDING + 1 :])
     time = np.concatenate([[0.0], first, hold + then])
-    steps = time[1:] - time[:-1]
-    angles = loops.turn(mean, np.ascontiguousarray(pose[:, 2]), steps)
-    turned = np.stack([*cos_sin(angles[1]), np.sin(angles[2])])
-    start = np.ascontiguousarray(pose[:, :2])
-    place, aside, speed = loops.roll(mean, ends, steps, angles, turned, start, HOLDING)
-    aside[-1] += _left(group, ends[-1])
-    return Course(time, place, aside, speed)
+    m, steps = len(pose), time[1:] - time[:-1]
+    x, y, aside = np.empty((m, len(time))), np.empty((m, len(time))), np.empty((m, len(steps)))
+    found = x, y, aside, np.empty(m)
+    heading, start = np.ascontiguousarray(pose[:, 2]), np.ascontiguousarray(pose[:, :2])
+    given = (inner, aim, held, still), rates, columns_of(drive.AXES), heading, start
+    loops.roll(*given, (first, then, steps), np.ones(m, dtype=bool), found)
+    return Course(time, np.stack([x.T, y.T], axis=2), aside.T, found[3])
 
 
 @functools.lru_cache(maxsize=8)
-def _columns(axes):
+def columns_of(axes):
+    """Return which of ``PLANAR`` the ``axes`` are, (a,); not to be written to."""
     return np.array([PLANAR.index(axis) for axis in axes])
 
 

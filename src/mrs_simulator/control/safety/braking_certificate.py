@@ -62,6 +62,36 @@ class WayOut:
         return command
 
     @property
+    def ramps_alone(self):
+        """Return whether robots of one drive ramp along the plane, and nothing else counts."""
+        known = self._run_on is None and self._squash is None
+        return known and self._courses.ramps_alone and self._courses.dimension == 2
+
+    @property
+    def columns(self):
+        """Return how robots brake: slowness (n,) [s^2/m], lateness (n,) [s] and that of ``brakes``."""
+        return self._slowness, self._late, self.brakes.late
+
+    def known(self, time):
+        """Return the inner states (n, a), command (n, a) and speeds (n,) that were known last, and how long
+        [s] before ``time``: below 0 where robots are at rest.
+
+        Of robots that ramp alone.
+        """
+        if self._time is None or time < self._time:
+            n = len(self._radii)
+            still = np.zeros((n, self._width))
+            return still, still, np.zeros(n), -1.0
+        return self._inner[0], self._given, self._speed, time - self._time
+
+    def note(self, inner, command, speeds, time):
+        """Record inner states, a ``command`` that leaves a way out, and speeds, at ``time`` [s].
+
+        Of robots that ramp alone.
+        """
+        self._inner, self._given, self._speed, self._time = [inner], command, speeds, time
+
+    @property
     def speeds(self):
         """Return the robots' speeds (n,) [m/s] as they were known at the last command."""
         return self._speed
@@ -157,7 +187,8 @@ class WayOut:
         place = course.place if self._squash is None else course.place * self._squash
         loops = filter_loops(len(self._radii))
         if loops is not None and place.shape[2] == 2:
-            return loops.meet(np.ascontiguousarray(place), self._radii + free, first, second)
+            by_robot = place[:, :, 0].T, place[:, :, 1].T, (self._radii + free).T
+            return loops.meet(*map(np.ascontiguousarray, by_robot), first, second)
         least = least_distances(place[:, first] - place[:, second])
         room = self._radii + free
         return (least < room[:, first] + room[:, second]).any(axis=0)

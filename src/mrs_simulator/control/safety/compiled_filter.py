@@ -182,8 +182,9 @@ def press(velocity, first, second, of_first, of_second, alone, pressure):
 def nearest(wanted, first, second, of_first, of_second, limit, alone, kept, speed, accuracy):
     """Return the velocities (n, d) nearest to ``wanted`` under the rows ``kept``, as ``_nearest``."""
     (n, d), m = wanted.shape, len(kept)
-    place, share, most = np.empty((2 * d, m), dtype=np.int64), np.empty((2 * d, m)), limit[kept]
+    place, share, most = np.empty((2 * d, m), dtype=np.uint64), np.empty((2 * d, m)), np.empty(m)
     for k in range(m):
+        most[k] = limit[kept[k]]
         for axis in range(d):
             place[axis, k] = d * first[kept[k]] + axis
             place[d + axis, k] = d * second[kept[k]] + axis
@@ -193,11 +194,12 @@ def nearest(wanted, first, second, of_first, of_second, limit, alone, kept, spee
     _, tolerance, residual, steps, sweeps = accuracy
     scale = max(1e-3, np.abs(most).max(), np.abs(begun).max())
     limits, force, free = (tolerance * scale, residual), np.zeros(m), np.empty(n * d)
-    found = by_newton(begun, place, share, most, uncapped, force, free, steps, limits)
-    if len(speed) and found:
+    found = False
+    for caps in (uncapped, speed):
+        found = by_newton(begun, place, share, most, caps, force, free, steps, limits)
         push(begun, place, share, force, free)
-        if is_capped(free, speed):
-            found = by_newton(begun, place, share, most, speed, force, free, steps, limits)
+        if not found or not len(speed) or not is_capped(free, speed):
+            break
     if not found:
         alone_kept = np.count_nonzero(kept >= len(limit) - alone)
         gain = gains(first, second, kept, alone_kept, n)
@@ -210,10 +212,18 @@ def nearest(wanted, first, second, of_first, of_second, limit, alone, kept, spee
 
 def push(begun, place, share, force, free):
     """Fill ``free`` (n d,) with what ``_Dual.free`` returns of ``force`` (m,)."""
-    free[:] = 0.0
+    for at in range(len(free)):
+        free[at] = 0.0
+    acting, count = np.empty(len(force), dtype=np.int64), 0
+    for k in range(len(force)):
+        if force[k] != 0.0:  # few of them: the others add nothing
+            acting[count] = k
+            count += 1
     for row in range(len(place)):
-        for k in range(len(force)):
-            free[place[row, k]] += share[row, k] * force[k]
+        places, shares = place[row], share[row]
+        for a in range(count):
+            k = acting[a]
+            free[places[k]] += shares[k] * force[k]
     for at in range(len(free)):
         free[at] = begun[at] - free[at]
 
@@ -247,11 +257,25 @@ def within_caps(free, speed):
 def exceed(free, place, share, most, speed, excess):
     """Fill ``excess`` (m,) with what ``_Dual.excess`` returns of velocities ``free`` (n d,)."""
     pushed = within_caps(free, speed) if len(speed) else free
+    press_all(place, share, pushed, excess)
     for k in range(len(excess)):
-        total = share[0, k] * pushed[place[0, k]]
-        for row in range(1, len(place)):
-            total += share[row, k] * pushed[place[row, k]]
-        excess[k] = total - most[k]
+        excess[k] -= most[k]
+
+
+def press_all(place, share, values, pressed):
+    """Fill ``pressed`` (m,) with what rows make of ``values`` (n d,) at their places (2 d, m).
+
+    Column by column, which is several times as fast as by both indices.
+    """
+    first, second, third, fourth = place[0], place[1], place[2], place[3]
+    a, b, c, d = share[0], share[1], share[2], share[3]
+    for k in range(len(pressed)):
+        total = a[k] * values[first[k]] + b[k] * values[second[k]]
+        pressed[k] = total + c[k] * values[third[k]] + d[k] * values[fourth[k]]
+    for row in range(4, len(place)):  # in space
+        places, shares = place[row], share[row]
+        for k in range(len(pressed)):
+            pressed[k] += shares[k] * values[places[k]]
 
 
 def by_newton(begun, place, share, most, speed, force, free, steps, limits):
@@ -301,7 +325,10 @@ def summed(a, b):
 def solved(place, share, active, free, speed, right, residual):
     """Return what ``_solved`` returns of ``_Dual.slope`` of the rows ``active`` (k,)."""
     k, factor, ahead = len(active), np.empty(len(speed)), np.empty(len(free) if len(speed) else 0)
-    own_place, own_share = place[:, active], share[:, active]
+    own_place, own_share = np.empty((len(place), k), dtype=np.uint64), np.empty((len(place), k))
+    for row in range(len(place)):
+        for a in range(k):
+            own_place[row, a], own_share[row, a] = place[row, active[a]], share[row, active[a]]
     slopes_of_caps(free, speed, factor, ahead)
     x, left, along = np.zeros(k), right.copy(), right.copy()
     moved, pushes = np.empty(k), np.empty(len(free))
@@ -335,10 +362,12 @@ def slopes_of_caps(free, speed, factor, ahead):
 
 def fall(place, share, change, factor, ahead, pushes, fallen):
     """Fill ``fallen`` (k,): how changes (k,) of forces lower the excess of their rows."""
-    pushes[:] = 0.0
+    for at in range(len(pushes)):
+        pushes[at] = 0.0
     for row in range(len(place)):
+        places, shares = place[row], share[row]
         for a in range(len(change)):
-            pushes[place[row, a]] += share[row, a] * change[a]
+            pushes[places[a]] += shares[a] * change[a]
     for i in range(len(factor)):
         d, along = len(pushes) // len(factor), 0.0
         for axis in range(d):
@@ -346,11 +375,7 @@ def fall(place, share, change, factor, ahead, pushes, fallen):
         for axis in range(d):
             at = d * i + axis
             pushes[at] = factor[i] * (pushes[at] - along * ahead[at])
-    for a in range(len(change)):
-        total = share[0, a] * pushes[place[0, a]]
-        for row in range(1, len(place)):
-            total += share[row, a] * pushes[place[row, a]]
-        fallen[a] = total
+    press_all(place, share, pushes, fallen)
 
 
 def gains(first, second, kept, alone, n):
@@ -373,14 +398,16 @@ def gains(first, second, kept, alone, n):
 def by_both(begun, place, share, most, speed, gain, force, free, counts, limits):
     """Let ``force`` (m,) be that of ``_by_both``; ``counts``: ``STEPS``, ``FIRST`` and ``SWEEPS``."""
     (steps, first, sweeps), spent, done = counts, 0, False
-    force[:] = 0.0
+    for k in range(len(force)):
+        force[k] = 0.0
     while spent < sweeps and not done:
         more = min(max(spent, first), sweeps - spent)
         done = by_gradients(begun, place, share, most, speed, gain, force, free, more, limits[0])
         spent += more
         found = force.copy()
         if by_newton(begun, place, share, most, speed, found, free, steps, limits):
-            force[:] = found
+            for k in range(len(force)):
+                force[k] = found[k]
             return
 
 
@@ -420,25 +447,32 @@ def feasible_share(pressure, limit):
     return share
 
 
-def meet(place, room, first, second):
+def meet(east, north, room, first, second):
     """Return which pairs may touch, (p,) bool, as ``braking_certificate.WayOut`` finds out in the plane.
 
-    ``place`` (k + 1, n, 2) [m] of courses; ``room`` (k, n) [m]: what robots fill beside them.
+    ``east`` and ``north`` (n, k + 1) [m]: places of courses; ``room`` (n, k) [m]: what robots fill beside
+    them.
     """
-    hit = np.zeros(len(first), dtype=np.bool_)
+    hit = np.empty(len(first), dtype=np.bool_)
     for p in range(len(first)):
         i, j = first[p], second[p]
-        for k in range(len(room)):
-            x, y = place[k, i, 0] - place[k, j, 0], place[k, i, 1] - place[k, j, 1]
-            east = place[k + 1, i, 0] - place[k + 1, j, 0] - x
-            north = place[k + 1, i, 1] - place[k + 1, j, 1] - y
-            size = np.maximum(east * east + north * north, 1e-300)
-            share = np.minimum(np.maximum(-(x * east + y * north) / size, 0.0), 1.0)
-            x, y = x + share * east, y + share * north
-            if np.sqrt(x * x + y * y) < room[k, i] + room[k, j]:
-                hit[p] = True
-                break
+        hit[p] = touch(east[i], north[i], room[i], east[j], north[j], room[j])
     return hit
+
+
+def touch(east, north, room, other_east, other_north, other_room):
+    """Return whether two robots may touch on their courses, of which arguments are rows of ``meet``'s."""
+    count = 0
+    for k in range(len(room)):  # all: as vectors they take less than those up to the first
+        x, y = east[k] - other_east[k], north[k] - other_north[k]
+        move_x, move_y = east[k + 1] - other_east[k + 1] - x, north[k + 1] - other_north[k + 1] - y
+        size = move_x * move_x + move_y * move_y
+        share = -(x * move_x + y * move_y) / (size if size > 1e-300 else 1e-300)
+        share = share if share > 0.0 else 0.0
+        share = share if share < 1.0 else 1.0
+        x, y = x + share * move_x, y + share * move_y
+        count += 1 if np.sqrt(x * x + y * y) < room[k] + other_room[k] else 0
+    return count > 0
 
 
 @functools.lru_cache(maxsize=None)

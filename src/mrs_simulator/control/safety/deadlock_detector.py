@@ -18,26 +18,35 @@ class DeadlockDetector:
         self._since = np.full(n, np.nan)
 
     def note(self, time, wanted, velocity, points, distance):
-        """Record the ``wanted`` and the passed ``velocity``, (n, 2) [m/s] each, at ``time`` [s].
+        """Record who is held at ``time`` [s], by what :func:`held_still` takes."""
+        self.note_held(time, held_still(wanted, velocity, points, distance))
 
-        A robot is held where ``MOVES`` or more is wanted, less than ``HELD`` of that is passed, and no
-        robot within ``NEARBY`` safe distances moves.
-        """
-        begun = np.flatnonzero(self._since > time)
-        self._since[begun] = np.nan  # time went back: another run
-        asked, done = lengths(wanted), lengths(velocity)
-        still = (asked >= MOVES) & (done < HELD * asked)
-        if not still.any():
+    def note_held(self, time, held):
+        """Record which robots are ``held`` still, (n,) bool, at ``time`` [s]."""
+        if not held.any():
             self._since[:] = np.nan
             return
-        goes = done >= np.maximum(MOVES, HELD * asked)
-        apart = np.linalg.norm(points[still][:, np.newaxis] - points, axis=2)
-        near = apart < NEARBY * (distance if np.ndim(distance) == 0 else distance[still])
-        held = still.copy()
-        held[still] = ~(near & goes).any(axis=1)
+        begun = np.flatnonzero(self._since > time)
+        self._since[begun] = np.nan  # time went back: another run
         self._since = np.where(held, np.fmin(self._since, time), np.nan)
 
     def rows(self, time):
         """Return ``(row, since [s])`` of the robots held for ``PATIENCE`` at ``time`` [s], a list."""
         rows = np.flatnonzero(time - self._since >= PATIENCE)
         return [(int(row), float(self._since[row])) for row in rows]
+
+
+def held_still(wanted, velocity, points, distance):
+    """Return which robots are held, (n,) bool, by ``wanted`` and passed ``velocity``, (n, 2) [m/s] each.
+
+    A robot is held where ``MOVES`` or more is wanted, less than ``HELD`` of that is passed, and no robot
+    within ``NEARBY`` safe distances moves.
+    """
+    asked, done = lengths(wanted), lengths(velocity)
+    held = (asked >= MOVES) & (done < HELD * asked)
+    if held.any():
+        goes = done >= np.maximum(MOVES, HELD * asked)
+        apart = np.linalg.norm(points[held][:, np.newaxis] - points, axis=2)
+        near = apart < NEARBY * (distance if np.ndim(distance) == 0 else distance[held])
+        held[held] = ~(near & goes).any(axis=1)
+    return held

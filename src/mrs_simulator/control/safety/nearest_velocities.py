@@ -26,6 +26,7 @@ RESIDUAL = 1e-12  # [-] that is left of linear equations
 NONE = np.empty(0)  # what the compiled loops take for nothing
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 WORTH = 40000  # [-] robots of all calls that take as long as numba takes to load
+UNCHANGED = 1e-9  # [m/s] up to which a velocity is that which was wanted
 LEAST = 5e-11  # [m/s] beyond its limit a constraint asks for no solution: less than any tolerance
 
 
@@ -261,20 +262,33 @@ class Brakes(NamedTuple):
 
 
 def _most_distant(speed, distance, period, gamma, squash, brakes):
+    """Return what :func:`most_distant` does, inf where nothing is known of it."""
+    if squash is not None or brakes is None:
+        return np.inf
+    ends = float(brakes.late.max()), float(brakes.slowness.max())
+    return most_distant(speed, *extremes(distance), period, gamma, *ends)
+
+
+def extremes(distance):
+    """Return the least and the greatest ``distance`` [m] of two robots, (n, n) or one number of all."""
+    if np.ndim(distance) == 0:
+        return float(distance), float(distance)
+    off = ~np.eye(len(distance), dtype=bool)
+    return float(distance[off].min()), float(distance.max())
+
+
+def most_distant(speed, least, largest, period, gamma, late, slowness):
     """Return the distance [m] from which on the bounds of pairs allow two robots at ``speed`` [m/s] each.
 
-    As ``Rows.reach`` has them at half of it.  The least of the three bounds, of the largest robots.
+    As ``Rows.reach`` has them at half of it.  The least of the three bounds, of the largest robots;
+    ``least`` and ``largest``: distances kept [m]; ``late`` [s] and ``slowness`` [s^2/m] of those that brake
+    worst.
     """
-    if squash is not None or brakes is None or speed == 0.0:
+    if speed == 0.0:
         return np.inf
     most = np.sqrt(2.0) * speed
     closing = np.sqrt(2.0) * most
-    if np.ndim(distance):
-        off = ~np.eye(len(distance), dtype=bool)
-        least, largest = float(distance[off].min()), float(distance.max())
-    else:
-        least = largest = float(distance)
-    gap = closing * brakes.late.max() + 0.25 * closing * closing * brakes.slowness.max()
+    gap = closing * late + 0.25 * closing * closing * slowness
     # (x^2 - 1)^3/x is above (x^2 - 1)^2.5/sqrt(2) from x^2 = 2 on.
     wide = np.sqrt(1.0 + max(1.0, (4.0 * most / (gamma * least)) ** 0.4))
     held = 2.0 * np.sqrt(2.0) * period * most

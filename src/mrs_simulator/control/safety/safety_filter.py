@@ -9,10 +9,10 @@ from mrs_simulator.control.safety.braking_certificate import WayOut
 from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
 from mrs_simulator.control.safety.distances import squash, sums_of_pairs, tracking_errors
 from mrs_simulator.control.safety.filter_by_sensors import SensedNeighbourhood, safe_by_sensors
-from mrs_simulator.control.safety.nearest_velocities import capped, safe_velocities
+from mrs_simulator.control.safety.nearest_velocities import UNCHANGED, capped, safe_velocities
+from mrs_simulator.control.safety.one_call import OneCall
 from mrs_simulator.control.velocities import turned_by
-
-UNCHANGED = 1e-9  # [m/s] up to which a velocity is that which was wanted
+from mrs_simulator.core.compiling import in_time
 
 
 class SafetyFilter:
@@ -25,7 +25,7 @@ class SafetyFilter:
         self.acts = bool(np.any(control.safety))
         self.warnings = []  # texts: what of its promise it cannot keep in this scenario
         self._deadlocks = DeadlockDetector(len(control.numbers))
-        self._way_out = None  # made when it is needed
+        self._way_out = self._one_call = None  # made when they are needed
         self.begin_scene(0.0)
 
     def of(self, control):
@@ -36,7 +36,7 @@ class SafetyFilter:
 
     def set_team(self):
         """Take the team that the control has from now on."""
-        self._way_out = None
+        self._way_out = self._one_call = None
 
     def begin_scene(self, time):
         """Set the ``time`` [s] of the scene at which the law begins, by which obstacles on tracks move."""
@@ -52,6 +52,36 @@ class SafetyFilter:
         ``pose`` (n, 3), of points in space (n, 4); ``unlimited`` (n, d) [m/s]: what the law wants before
         limits, None where it gives commands.
         """
+        if self._one_call is None:
+            self._one_call = OneCall(self._control, self._around, self.way_out)
+        if not self._one_call.fits:
+            return self._step_by_step(command, pose, unlimited)
+        loop = self._one_call.loop()
+        if loop is None:
+            with in_time():  # its parts pay by themselves where the whole would not
+                return self._step_by_step(command, pose, unlimited)
+        return self._in_one_call(loop, command, pose, unlimited)
+
+    def _in_one_call(self, loop, command, pose, unlimited):
+        """As :meth:`passed`, by the compiled ``loop``."""
+        control, bounds, points = self._control, NO_BOUNDS, None
+        if self._around.obstacles or self._around.arena:
+            points = control.points(pose)
+            bounds = self.bounds(points)
+        given = command, pose, unlimited, bounds
+        passed, held = self._one_call.passed(loop, control, *given)
+        if held is not None:
+            self._deadlocks.note_held(control.time, held)
+        else:
+            given = pose, control.joints, control.l, control.period
+            wanted = control.team.velocity(command, *given)
+            passed = self._with_way_out(passed, pose, bounds.least(len(pose)))
+            velocity = control.team.velocity(passed, *given)
+            self._deadlocks.note(control.time, wanted, velocity, points, self.distance)
+        return passed
+
+    def _step_by_step(self, command, pose, unlimited):
+        """As :meth:`passed`, by numpy, or by loops that are compiled one by one."""
         control = self._control
         given = pose, control.joints, control.l, control.period
         wanted = control.team.velocity(command, *given)

@@ -26,6 +26,7 @@ MEETING = {  # under the safety filter
     "topology": {"preset": "complete"},
     "control": {"protocol": "consensus", "safety": True},
 }
+SLIDING = dict(MEETING, model="robotino3")  # robots whose filter is compiled part by part
 # A crowd that is drawn together, of so many that pairs are looked for in a grid, and for so long that they
 # are looked for again.
 TOUCHING = {
@@ -65,7 +66,8 @@ def _compile(scenario):
     safety = experiment.control.safety_filter
     try:
         if safety.acts and not safety.sensors:
-            _compile_run(MEETING)
+            for content in (MEETING, SLIDING):
+                _compile_run(content)
             return True
         if scenario.fidelity == "kinematic" and experiment.world.team.is_spatial:
             return _compile(scenario.changed(fidelity="dynamic"))

@@ -1,0 +1,359 @@
+"""What ``SafetyFilter.passed`` does for unicycles that know places, in one call that numba compiles.
+
+With numpy's bits: ``nearest_velocities``' constraints and their solution, ``braking_certificate``'s way out
+and ``deadlock_detector``'s robots that are held, one after the other, with numpy's operations in its order.
+"""
+
+import functools
+
+import numpy as np
+
+from mrs_simulator.control.safety.braking_certificate import BRAKES, EXACT, LATE, SHARES
+from mrs_simulator.control.safety.compiled_filter import (
+    feasible_share,
+    heeded,
+    near_pairs,
+    pair_rows,
+    solve,
+    square,
+    touch,
+)
+from mrs_simulator.control.safety.deadlock_detector import HELD, MOVES, NEARBY
+from mrs_simulator.control.safety.nearest_velocities import (
+    FIRST,
+    FIXED_RATE,
+    GAMMA,
+    HEEDS,
+    LEAST,
+    LITTLE,
+    NONE,
+    RESIDUAL,
+    STEPS,
+    SWEEPS,
+    SWIRL,
+    TOLERANCE,
+    UNCHANGED,
+    most_distant,
+)
+from mrs_simulator.core.compiled_cos_sin import cosines, sines
+from mrs_simulator.core.compiled_terms import kept
+from mrs_simulator.vehicles.compiled_courses import followed, longest, roll
+from mrs_simulator.vehicles.courses import LEAST as SHORTEST
+
+FREE, STAND = (
+    0,
+    1,
+)  # STAND: obstacles may be in a robot's way, and whether it can brake is not known
+
+
+def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope, passed):
+    """Fill ``passed`` (2, n) with the ``command`` (2, n) as the filter lets it pass at ``pose`` (3, n).
+
+    ``unlimited`` (n, 2) [m/s], or (0, 2) for None; ``known``: what was before, inner states (n, 2), command
+    (2, n) and speeds (n,), and for how many seconds, below 0 for robots at rest;
+    ``robots``: as ``OneCall`` lists them; ``kept_apart``: distances (n, n), or (1, 1) for one of all, what
+    ``most_distant`` takes of them, caps (n,) [m/s], or (0,) for none, and these or limits, whichever is
+    less; ``bounds``: those of ``Bounds`` that stand; ``scope``: the points' lead l [m], the period [s], and
+    columns, instants and shares of courses.
+
+    Returns ``STAND``, or ``FREE`` if the command leaves a way out, the inner states, the speeds, and which
+    robots are held still, (n,) bool.
+    """
+    n, (lead, period, columns, instants, brakes) = pose.shape[1], scope
+    top, rates, fastest, radii, slowness, late, waits = robots
+    distance, ends, speed, most = kept_apart
+    cos, sin = np.empty(n), np.empty(n)
+    cosines(pose[2], cos)
+    sines(pose[2], sin)
+    points, given = np.empty((n, 2)), velocities(command, cos, sin, lead)
+    for i in range(n):
+        points[i, 0], points[i, 1] = pose[0, i] + lead * cos[i], pose[1, i] + lead * sin[i]
+    wanted = given
+    if len(unlimited):
+        wanted = capped(unlimited, most)
+    terms = distance, ends, period, slowness, waits
+    velocity = nearest(wanted, points, terms, bounds, speed)
+    turned_away(command, given, wanted, velocity, speed, cos, sin, lead, top, passed)
+    inner, speeds = foreseen(known, top, rates)
+    ways = braking_ways(passed, speeds, fastest, period, slowness, late)
+    for k in range(len(bounds[0])):
+        if bounds[2][k] < ways[bounds[0][k]]:
+            return STAND, inner, speeds, np.empty(0, dtype=np.bool_)
+    first, second = meeting(pose, radii, ways)
+    if len(first):
+        states, times = (inner, top, rates), (period, columns, instants, brakes)
+        let(passed, pose, states, radii, times, first, second)
+    done = velocities(passed, cos, sin, lead)
+    return FREE, inner, speeds, held_still(given, done, points, distance)
+
+
+def velocities(command, cos, sin, lead):
+    """Return the velocities (n, 2) [m/s] of the points under ``command`` (2, n), as ``Team.velocity``."""
+    result = np.empty((command.shape[1], 2))
+    for i in range(len(result)):
+        along, across = command[0, i], lead * command[1, i]
+        result[i, 0] = cos[i] * along - sin[i] * across
+        result[i, 1] = sin[i] * along + cos[i] * across
+    return result
+
+
+def capped(velocity, speed):
+    """Return ``velocity`` (n, 2) with lengths of at most ``speed`` (n,) [m/s]."""
+    result = np.empty(velocity.shape)
+    for i in range(len(velocity)):
+        size = np.maximum(np.sqrt(square(velocity, i)), 1e-300)
+        share = np.minimum(1.0, speed[i] / size)
+        result[i, 0], result[i, 1] = velocity[i, 0] * share, velocity[i, 1] * share
+    return result
+
+
+def greatest(velocity):
+    """Return the greatest length [m/s] of ``velocity`` (n, 2), 0 for none."""
+    most = 0.0
+    for i in range(len(velocity)):
+        most = np.maximum(most, np.sqrt(square(velocity, i)))
+    return most
+
+
+def nearest(wanted, points, terms, bounds, speed):
+    """Return the velocities (n, 2) nearest to ``wanted``, as ``safe_velocities`` does."""
+    distance, (least, largest, latest, slowest), period, slowness, waits = terms
+    accuracy, fastest = (LEAST, TOLERANCE, RESIDUAL, STEPS, (FIRST, SWEEPS)), 2.0 * greatest(wanted)
+    within = most_distant(fastest, least, largest, period, GAMMA, latest, slowest)
+    while True:
+        given = distance, period, slowness, waits
+        first, second, of_first, of_second, limit = constraints(points, given, within, bounds)
+        around = bounds[1], bounds[2], bounds[3]
+        seen = wanted, points, distance, first, second, limit
+        near, share = heeded(*seen, HEEDS, around, LITTLE / SWIRL)
+        if near.any():
+            aside, sides = turned_aside(wanted, share), (first, second, of_first, of_second, limit)
+            velocity, pressure = solve(aside, *sides, len(bounds[2]), near, speed, accuracy)
+            velocity = scaled(velocity, feasible_share(pressure, limit))
+        else:
+            velocity = capped(wanted, speed) if len(speed) else wanted
+        if within == np.inf or not greatest(velocity) > fastest:
+            return velocity
+        within = np.inf
+
+
+def constraints(points, terms, within, bounds):
+    """Return the columns of ``Rows`` of pairs closer than ``within`` [m], and of ``bounds`` after them."""
+    distance, period, slowness, waits = terms
+    robot, way_out, gap, _ = bounds
+    first, second = near_pairs(points, within * within)
+    times = period, GAMMA
+    rows, limits = pair_rows(points, points, NONE, first, second, distance, times, slowness, waits)
+    pairs, m = len(first), len(first) + len(gap)
+    i, j, limit = np.empty(m, np.int64), np.empty(m, np.int64), np.empty(m)
+    of_first, of_second, rate = np.empty((m, 2)), np.zeros((m, 2)), min(FIXED_RATE, 1.0 / period)
+    for k in range(pairs):
+        i[k], j[k], limit[k] = first[k], second[k], limits[k]
+        for axis in range(2):
+            of_first[k, axis], of_second[k, axis] = -rows[k, axis], rows[k, axis]
+    for k in range(len(gap)):
+        i[pairs + k], j[pairs + k], limit[pairs + k] = robot[k], robot[k], rate * gap[k]
+        for axis in range(2):
+            of_first[pairs + k, axis] = -way_out[k, axis]
+    return i, j, of_first, of_second, limit
+
+
+def scaled(velocity, share):
+    """Return ``velocity`` (n, 2) times ``share``."""
+    result = np.empty(velocity.shape)
+    for i in range(len(velocity)):
+        result[i, 0], result[i, 1] = velocity[i, 0] * share, velocity[i, 1] * share
+    return result
+
+
+def turned_aside(wanted, share):
+    """Return ``wanted`` (n, 2) turned by ``share`` (n,) [-] of ``SWIRL``."""
+    angle, cos, sin = np.empty(len(share)), np.empty(len(share)), np.empty(len(share))
+    for i in range(len(share)):
+        angle[i] = SWIRL * share[i]
+    cosines(angle, cos)
+    sines(angle, sin)
+    result = np.empty(wanted.shape)
+    for i in range(len(share)):
+        result[i, 0] = cos[i] * wanted[i, 0] - sin[i] * wanted[i, 1]
+        result[i, 1] = sin[i] * wanted[i, 0] + cos[i] * wanted[i, 1]
+    return result
+
+
+def turned_away(command, given, wanted, velocity, speed, cos, sin, lead, top, passed):
+    """Fill ``passed`` (2, n) as ``SafetyFilter._turned_away`` returns it.
+
+    ``given``: the velocities of the ``command``; ``velocity``: what is safe of those ``wanted``, (n, 2).
+    """
+    for i in range(len(wanted)):
+        passed[0, i], passed[1, i] = command[0, i], command[1, i]
+        x, y = velocity[i, 0], velocity[i, 1]
+        changed = abs(x - wanted[i, 0]) > UNCHANGED or abs(y - wanted[i, 1]) > UNCHANGED
+        if not changed and not (len(speed) and np.sqrt(square(given, i)) > speed[i]):
+            continue
+        along, across = cos[i] * x + sin[i] * y, (cos[i] * y - sin[i] * x) / lead
+        factor = np.maximum(np.abs(along) / top[i, 0], np.abs(across) / top[i, 1])
+        factor = np.maximum(factor, 1.0)
+        passed[0, i], passed[1, i] = along / factor, across / factor
+
+
+def foreseen(known, top, rates):
+    """Return the inner states (n, 2) and the speeds (n,) [m/s] now, as ``WayOut`` knows them."""
+    inner, command, speeds, seconds = known
+    if seconds < 0.0:
+        return np.zeros(inner.shape), np.zeros(len(speeds))
+    if seconds == 0.0:
+        return inner, speeds
+    target = np.empty(inner.shape)
+    for i in range(len(inner)):
+        aim(command, top, i, target)
+    after, faster = followed(inner, target, rates, seconds), np.empty(len(inner))
+    for i in range(len(inner)):
+        faster[i] = np.sqrt(after[i, 0] * after[i, 0])
+    return after, faster
+
+
+def aim(command, top, i, target):
+    """Let ``target`` (n, 2) of robot ``i`` be the ``command`` (2, n) clipped, as the firmware does."""
+    for axis in range(len(command)):
+        most = top[i, axis]
+        target[i, axis] = np.minimum(np.maximum(command[axis, i], -most), most)
+
+
+def braking_ways(command, speeds, fastest, period, slowness, late):
+    """Return how far (n,) [m] robots get until they stand, as ``WayOut._ways``."""
+    ways = np.empty(len(speeds))
+    for i in range(len(ways)):
+        v = np.minimum(np.maximum(speeds[i], np.sqrt(command[0, i] * command[0, i])), fastest[i])
+        way = v * (period + late[i]) + 0.5 * v * v * slowness[i]
+        ways[i] = way + EXACT + LATE * period * v
+    return ways
+
+
+def meeting(pose, radii, ways):
+    """Return the rows of pairs that may meet, (p,) and (p,), as ``WayOut._near``."""
+    n, count = len(ways), 0
+    first, second = np.empty(n * (n - 1) // 2, np.int64), np.empty(n * (n - 1) // 2, np.int64)
+    for i in range(n):
+        for j in range(i + 1, n):
+            x, y = pose[0, i] - pose[0, j], pose[1, i] - pose[1, j]
+            size, reach = x * x + y * y, (radii[i] + ways[i]) + (radii[j] + ways[j])
+            # Few are near enough for a root.
+            if size < 1.001 * reach * reach and np.sqrt(size) < reach:
+                first[count], second[count] = i, j
+                count += 1
+    return first[:count], second[:count]
+
+
+def let(command, pose, states, radii, times, first, second):
+    """Let ``command`` (2, n) be what of it leaves a way out, as ``WayOut._let`` does without obstacles.
+
+    Courses that stay the same are not computed again, nor is whether robots on two of these touch.
+    """
+    inner, top, rates = states
+    period, columns, instants, brakes = times
+    n, before, count = len(radii), -1.0, len(instants) + len(brakes)
+    level, renewed, near = np.zeros(n, np.int64), np.ones(n, np.bool_), np.zeros(n, np.bool_)
+    for p in range(len(first)):
+        near[first[p]] = near[second[p]] = True
+    given, target, still = command.copy(), np.empty((n, 2)), np.zeros((n, 2))
+    east, north = np.empty((n, count + 1)), np.empty((n, count + 1))
+    room, fast, start = np.empty((n, count)), np.empty(n), np.ascontiguousarray(pose[:2].T)
+    while True:
+        slow_down(given, level, renewed, command)
+        for i in range(n):
+            aim(command, top, i, target)
+        held = followed(inner, target, rates, period)
+        most = max(longest(held, still, rates), SHORTEST)
+        if most != before:  # which all courses' instants hang on
+            for i in range(n):
+                renewed[i] = near[i]
+        before = most
+        then, steps = braking(instants, period, most, brakes)
+        own, found = (inner, target, held, still), (east, north, room, fast)
+        roll(own, rates, columns, pose[2], start, (instants, then, steps), renewed, found)
+        widen(room, radii, fast, period, renewed)
+        if not stop(level, renewed, east, north, room, first, second):
+            return
+
+
+def slow_down(given, level, renewed, command):
+    """Let ``command`` (2, n) of robots that are ``renewed`` be the ``given`` one at their ``level``."""
+    for i in range(len(level)):
+        if renewed[i] and level[i] == BRAKES:
+            command[0, i] = command[1, i] = 0.0
+        elif renewed[i]:
+            command[0, i] = given[0, i] * SHARES[level[i]]
+
+
+def braking(instants, period, most, brakes):
+    """Return the instants (b,) [s] of braking for ``most`` [s], by ``brakes`` (b,), and all intervals.
+
+    These, (k,) [s], lead up to ``instants`` and, from the ``period`` on, to those of braking.
+    """
+    before, steps, held = 0.0, np.empty(len(instants) + len(brakes)), len(instants)
+    then = np.empty(len(brakes))
+    for k in range(len(steps)):
+        time = instants[k] if k < held else period + most * brakes[k - held]
+        if k >= held:
+            then[k - held] = most * brakes[k - held]
+        steps[k], before = time - before, time
+    return then, steps
+
+
+def widen(aside, radii, fast, period, renewed):
+    """Let ``aside`` (n, k) [m] be what robots fill beside their courses, of those that are ``renewed``."""
+    for i in range(len(radii)):
+        if renewed[i]:
+            for k in range(aside.shape[1]):
+                aside[i, k] = radii[i] + (aside[i, k] + EXACT + LATE * period * fast[i])
+
+
+def stop(level, renewed, east, north, room, first, second):
+    """Raise the ``level`` (n,) of robots of pairs that may touch; return whether any was raised.
+
+    ``renewed`` (n,): robots whose pairs are looked at, and on return those whose level was raised.
+    """
+    n = len(level)
+    stops = np.zeros(n, np.bool_)
+    for p in range(len(first)):
+        i, j = first[p], second[p]
+        if not (renewed[i] or renewed[j]) or (level[i] == BRAKES and level[j] == BRAKES):
+            continue
+        if stops[i] and stops[j]:
+            continue
+        if touch(east[i], north[i], room[i], east[j], north[j], room[j]):
+            stops[i] = stops[j] = True
+    raised = False
+    for i in range(n):
+        renewed[i] = stops[i] and level[i] < BRAKES
+        if renewed[i]:
+            level[i] += 1
+        raised |= stops[i]
+    return raised
+
+
+def held_still(wanted, done, points, distance):
+    """Return which robots are held, (n,) bool, as ``deadlock_detector.held_still``."""
+    n = len(wanted)
+    held, goes = np.empty(n, np.bool_), np.empty(n, np.bool_)
+    for i in range(n):
+        asked, left = np.sqrt(square(wanted, i)), np.sqrt(square(done, i))
+        held[i] = asked >= MOVES and left < HELD * asked
+        goes[i] = left >= np.maximum(MOVES, HELD * asked)
+    for i in range(n):
+        if not held[i]:
+            continue
+        for j in range(n):
+            x, y = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
+            kept = distance[i, j] if len(distance) > 1 else distance[0, 0]
+            if goes[j] and np.sqrt(x * x + y * y) < NEARBY * kept:
+                held[i] = False
+                break
+    return held
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_passing():
+    """Return ``pass_all``, compiled; ``ValueError`` without numba."""
+    return kept(pass_all, None)

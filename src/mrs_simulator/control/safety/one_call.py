@@ -1,0 +1,65 @@
+"""``OneCall``: the safety filter of unicycles that know places, in one compiled call."""
+
+import numpy as np
+
+from mrs_simulator.control.safety.compiled_passing import FREE, compiled_passing
+from mrs_simulator.control.safety.nearest_velocities import NONE, extremes
+from mrs_simulator.core.compiling import same_bits
+from mrs_simulator.core.neighbours import DENSE
+from mrs_simulator.vehicles.courses import columns_of, instants_of
+
+WORTH = 30000  # [-] robots of all calls, and FIXED of each, that take numpy as long as numba takes to load
+FIXED = 10
+ANY = np.empty((0, 2))  # where a law gives no velocities
+
+
+class OneCall:
+    """What the loop of ``compiled_passing`` takes of one team under one filter."""
+
+    def __init__(self, control, around, way_out):
+        """``around``: the ``Surroundings``; ``way_out``: the ``WayOut``, or None."""
+        team, self._l, self._numbers = control.team, None, None
+        alone = way_out is not None and way_out.ramps_alone and len(team.groups) == 1
+        self.fits = bool(alone and team.is_of_unicycles and team.n <= DENSE and not around.fastest)
+        if self.fits:
+            limits, radii = team.groups[0].limits, control.safety_filter.body_radii
+            arrays = (limits.top, limits.acceleration, team.speeds[:, 0], radii, *way_out.columns)
+            self._robots = tuple(map(np.ascontiguousarray, arrays))
+            period = float(control.period)
+            self._scope = (period, columns_of(team.axes), *instants_of(period))
+
+    def loop(self):
+        """Return the loop where it pays, else None."""
+        return same_bits(compiled_passing, WORTH, FIXED + len(self._robots[2]))
+
+    def passed(self, loop, control, command, pose, unlimited, bounds):
+        """Return the ``command`` (n, a) as the filter lets it pass, and which robots are held still, (n,).
+
+        None instead of the latter where something that stands may be in a robot's way: then the command has
+        still to leave a way out.  ``bounds``: those that do not come.
+        """
+        way_out, time = control.safety_filter.way_out, control.time
+        inner, given, speeds, seconds = way_out.known(time)
+        kept, result = self._kept(control), np.empty((2, len(pose)))
+        known = np.ascontiguousarray(inner), np.ascontiguousarray(given.T), speeds, float(seconds)
+        given = [np.ascontiguousarray(each) for each in (pose[:, :3].T, command.T)]
+        given.append(ANY if unlimited is None else np.ascontiguousarray(unlimited, dtype=float))
+        around = bounds.robot, np.ascontiguousarray(bounds.way_out), bounds.gap, bounds.turns
+        given += [known, self._robots, kept, around, (self._l, *self._scope), result]
+        end, inner, speeds, held = loop(*given)
+        if end != FREE:
+            return result.T, None
+        way_out.note(inner, result.T.copy(order="F"), speeds, time)
+        return result.T, held
+
+    def _kept(self, control):
+        """Return the distances that are kept, their ends and the worst brakes, and caps of speeds."""
+        if control.l != self._l:
+            safety, self._l, top = control.safety_filter, float(control.l), self._robots[2]
+            distance, brakes, speed = safety.distance, safety.brakes, safety.speed
+            ends = float(brakes.late.max()), float(brakes.slowness.max())
+            caps = NONE, top
+            if speed is not None:
+                caps = np.array(speed, dtype=float), np.minimum(top, speed)
+            self._numbers = (np.atleast_2d(distance), (*extremes(distance), *ends), *caps)
+        return self._numbers

@@ -1,0 +1,151 @@
+"""The safety filter of unicycles in one call: the same bits as step by step."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl
+from mrs_simulator.control.safety import compiled_passing, deadlock_detector, one_call
+from mrs_simulator.control.twist_message import make_twist
+from mrs_simulator.core import compiling
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment
+
+
+def start(n, spacing):
+    """Return points (n, 2) [m] of a ring and angles (n,) [rad] about its middle."""
+    angle = 2.0 * np.pi * np.arange(n) / n
+    return spacing * n / 6.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1), angle
+
+
+class Across(PioneerControl):
+    """Wants the other side of the ring."""
+
+    def pointMassLaw(self, hand):
+        return -0.5 * (hand + start(len(hand), 1.2)[0])
+
+
+class Outwards(PioneerControl):
+    """Goes on into the walls left and right."""
+
+    def pointMassLaw(self, hand):
+        return 0.5 * np.sign(start(len(hand), 1.2)[0]) * (1.0, 0.0)
+
+
+class Ahead(PioneerControl):
+    """Goes on into the middle, by Twists."""
+
+    def calculateControlLaw(self, positions):
+        return {number: make_twist(0.3, 0.05 * number) for number in positions}
+
+
+# The law, scenario keys and the filter's, of 6 robots by default.
+CASES = {
+    "alike": (Across, {}, True),
+    "of two sizes": (Across, {"model": ["pioneer3dx", "husky"] * 3}, True),
+    "capped": (Across, {}, {"speed": 0.2}),
+    "near walls": (Across, {"duration": 3.0}, {"arena": [-1.7, -1.7, 1.7, 1.7]}),
+    "between far walls": (Across, {}, {"arena": [-9.0, -9.0, 9.0, 9.0]}),
+    "by Twists": (Ahead, {}, True),
+    "capped and apart": (Outwards, {}, {"speed": 0.2}),
+    "held by walls": (Outwards, {}, {"arena": [-1.9, -1.9, 1.9, 1.9]}),
+}
+
+
+def experiment_of(law, changes, safety):
+    """Return the ``Experiment`` of robots in a ring that head for its middle."""
+    points, angle = start(6, 1.2)
+    content = {"robots": 6, "model": "pioneer3dx", "duration": 6.0, "limits": "firmware", **changes}
+    content["poses"] = np.column_stack([points, angle + np.pi]).tolist()
+    content["control"] = {"rate": 10.0, "safety": safety}
+    return Experiment(scenario_from_dict(content), law)
+
+
+def run(case, loop, monkeypatch):
+    """Return the bytes of each sample's poses and commands and who was held still, and how often the
+    ``loop``, if any, found a way out and how often it left that open."""
+    found, ends = [], []
+
+    def counted(*given):
+        ends.append(loop(*given))
+        return ends[-1]
+
+    monkeypatch.setattr(one_call, "same_bits", lambda *_: loop and counted)
+    monkeypatch.setattr(deadlock_detector, "PATIENCE", 0.0)
+    experiment = experiment_of(*case)
+    try:
+        for _, pose, command in experiment.samples():
+            held = experiment.control.safety_filter.deadlock
+            found.append((np.array(pose).tobytes(), np.array(command).tobytes(), held))
+    finally:
+        experiment.world.close()
+    said = [end[0] for end in ends]
+    return found, said.count(compiled_passing.FREE), said.count(compiled_passing.STAND)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_one_call_gives_the_same_bits(name, monkeypatch):
+    steps, _, _ = run(CASES[name], None, monkeypatch)
+    whole, free, stand = run(CASES[name], compiled_passing.pass_all, monkeypatch)
+    assert whole == steps
+    assert free and (stand > 0) == (name in ("near walls", "held by walls"))
+    assert any(held for _, _, held in steps) or name not in ("alike", "of two sizes")
+
+
+@pytest.mark.release  # compiling takes long
+@pytest.mark.parametrize("name", CASES)
+def test_so_it_does_compiled(name, monkeypatch):
+    pytest.importorskip("numba")
+    steps, _, _ = run(CASES[name], None, monkeypatch)
+    assert run(CASES[name], compiled_passing.compiled_passing(), monkeypatch)[0] == steps
+
+
+OTHERS = {  # for what the call does not do
+    "one kind that is no unicycle": ({"model": "robotino3"}, True),
+    "two drives": ({"model": ["pioneer3dx", "robotino3"] * 3}, True),
+    "points": ({"fidelity": "point_mass"}, True),
+    "an obstacle that moves": (
+        {
+            "obstacles": [{"type": "cylinder", "name": "cart", "center": [5.0, 5.0], "radius": 0.2,
+                           "track": {"to": [[6.0, 5.0]], "speed": 0.2}}],
+        },
+        {"obstacles": True},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_others_are_filtered_step_by_step(name, monkeypatch):
+    def refused(*_):
+        raise AssertionError("not for these")
+
+    monkeypatch.setattr(one_call, "same_bits", lambda *_: refused)
+    changes, safety = OTHERS[name]
+    experiment = experiment_of(Across, dict(changes, duration=0.4), safety)
+    try:
+        assert len(list(experiment.samples())) == 5
+    finally:
+        experiment.world.close()
+
+
+def test_it_is_compiled_once_that_pays_and_its_parts_are_not(monkeypatch):
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    monkeypatch.setattr(compiling, "_asked", {})
+    monkeypatch.setattr(one_call, "WORTH", 20 * (one_call.FIXED + 6))
+    calls = []
+
+    def loop(*given):
+        calls.append(given)
+        return compiled_passing.pass_all(*given)
+
+    monkeypatch.setattr(one_call, "compiled_passing", lambda: loop)
+    monkeypatch.setattr(compiling, "_is_loaded", lambda: False)
+    experiment = experiment_of(Across, {"duration": 3.0}, True)
+    try:
+        assert len(list(experiment.samples())) == 31
+    finally:
+        experiment.world.close()
+    # Commands after the first 20 are made by it; what it is made of was not even asked for.
+    assert len(calls) in (10, 11)
+    assert all(
+        each.__name__ == "<lambda>" for each in compiling._asked if "filter" in each.__module__
+    )

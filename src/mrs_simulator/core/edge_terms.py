@@ -95,9 +95,8 @@ class Flow(NamedTuple):
     summed: Callable
     places: Optional[np.ndarray] = None  # (n, d) [m]
     still: Tuple[int, ...] = ()  # rows of robots that get nothing, such as leaders
-    mutual: bool = (
-        False  # whether ``arcs`` are pairs, each once, of which j gets the opposite of i's term
-    )
+    # whether ``arcs`` are pairs, each once, of which j gets the opposite of i's term
+    mutual: bool = False
 
     def velocity(self, points):
         """Return the velocities u (n, d) at ``points`` p (n, d) [m]."""

@@ -33,21 +33,8 @@ HAND_LENGTH = Parameter(
 ONE_THREAD = 10000  # [-] numbers up to which linear algebra starts no threads
 # [rad] changes no turn that is one; sin(TINY_ANGLE)/TINY_ANGLE is 1, where sin(0)/0 is no number.
 TINY_ANGLE = 1.2345678e-300
-DIGITS = (
-    0,
-    1,
-    -1,
-    2,
-    -2,
-    3,
-    -3,
-    4,
-    -4,
-    5,
-    -5,
-    6,
-    -6,
-)  # [-] last ones, by which a quaternion is moved
+# [-] last ones, by which a quaternion is moved
+DIGITS = 0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6
 
 
 class Limits(NamedTuple):

@@ -79,9 +79,8 @@ class Limited(io.TextIOBase):
             self._left.value = max(0, left - len(text))
         if left > 0:
             shown = text if len(text) < left else text[:left] + "\n[more is not shown]\n"
-            print(
-                shown, end="", file=sys.__stdout__, flush=True
-            )  # as the process may be killed any time
+            # as the process may be killed any time
+            print(shown, end="", file=sys.__stdout__, flush=True)
         return len(text)
 
 

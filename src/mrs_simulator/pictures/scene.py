@@ -73,9 +73,8 @@ class Scene(NamedTuple):
     directed: bool = True  # whether edges show their direction
     obstacles: Tuple[Any, ...] = ()
     numbered: bool = True
-    load: Any = (
-        None  # the ``load.Load`` that they carry together, seen where the state has its pose
-    )
+    # the ``load.Load`` that they carry together, seen where the state has its pose
+    load: Any = None
 
     chosen: Any = None  # the row of a robot that is picked out
     # (n, 3) [m, m, rad] that the robots have gone along and across their headings, and turned, on wheels

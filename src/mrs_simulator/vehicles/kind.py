@@ -52,10 +52,8 @@ class Spread(NamedTuple):
     bias: float  # [m/s]
 
 
-SPREADS = {  # of kinds that do not say
-    "kinematic": Spread(0.01, 0.05, 0.001),
-    "dynamic": Spread(0.03, 0.2, 0.005),
-}
+# of kinds that do not say
+SPREADS = {"kinematic": Spread(0.01, 0.05, 0.001), "dynamic": Spread(0.03, 0.2, 0.005)}
 
 
 RUN_ON = {"ground": 0.3, "air": 0.7, "water": 4.5}  # [s] of kinds that do not say, by medium

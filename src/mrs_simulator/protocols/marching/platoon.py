@@ -92,9 +92,8 @@ class Platoon(Remembering):
             attracting(self.gain),
         ]
         late = self.delay_steps if self.delayed == "difference" else 0
-        most = 2.0 * np.sin(
-            0.5 * np.pi / (2 * late + 1)
-        )  # Levin and May, 1976: gain tau < pi/2 as Tc -> 0
+        # Levin and May, 1976: gain tau < pi/2 as Tc -> 0
+        most = 2.0 * np.sin(0.5 * np.pi / (2 * late + 1))
         name = "gain Tc < 2 sin(pi/(4 tau/Tc + 2))" if late else "gain Tc < 2"
         conditions.append(below(name, self.gain * self.period, most, necessary=True))
         if not all(condition.holds for condition in conditions) or self.amplitude == 0.0:

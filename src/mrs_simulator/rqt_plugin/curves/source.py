@@ -14,10 +14,8 @@ class Source:
     def __init__(self, history, name=""):
         self.history, self.name = history, name
         self.error, self.theory = ErrorCurve(), None
-        self.team = (
-            USUAL_AXES,
-            False,
-        )  # axes of the commands, and whether the team leaves the ground
+        # axes of the commands, and whether the team leaves the ground
+        self.team = USUAL_AXES, False
 
     def set_prediction(self, time, error):
         """Take theory's ``error`` [m] at ``time`` [s] of the run; None, None: no theory."""

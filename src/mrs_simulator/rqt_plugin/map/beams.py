@@ -11,11 +11,8 @@ from mrs_simulator.sensors.types.ranging import RangeReading
 
 MOST_RAYS = 60  # [-] of one reading that are drawn; hits are drawn all
 ARC = 6  # [-] pieces of a cone's arc
-MET, FREE, VIEW = (
-    0.4,
-    0.12,
-    0.45,
-)  # [-] opacity: of rays with and without an echo, of a camera's view
+# [-] opacity: of rays with and without an echo, of a camera's view
+MET, FREE, VIEW = 0.4, 0.12, 0.45
 SEEN = 1.5  # [m] along a camera's axis, that of its view is drawn at most
 
 

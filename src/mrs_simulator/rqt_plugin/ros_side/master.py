@@ -85,11 +85,8 @@ class MasterWatch:
                 tcp_nodelay=True,
             )
         }
-        for (
-            name,
-            topic,
-            kind,
-        ) in QUEUED:  # of a lost estimate, samples would get an older one in silence
+        # of a lost estimate, samples would get an older one in silence
+        for name, topic, kind in QUEUED:
             subscribers[name] = rospy.Subscriber(
                 topic, kind, self._inbox.add, name, queue_size=None, tcp_nodelay=True
             )

@@ -26,10 +26,8 @@ BUTTONS = (
     (MARGINS, "Margins", "Along delay, loss, rate, wheels: where does each requirement break?"),
 )
 FORM = 19  # [lines of text] that the form is wide at first
-TABLE, LEAST_FIGURE = (
-    46,
-    20,
-)  # [characters, lines of text] widths of a table, and of a figure beside it
+# [characters, lines of text] widths of a table, and of a figure beside it
+TABLE, LEAST_FIGURE = 46, 20
 FEWEST, MOST, USUAL = 2, 100000, 500  # runs of a search
 EMPTY = "starts, one edge, and the law's parameters"  # which the command break varies by itself
 BEFORE = (

@@ -33,13 +33,8 @@ except Exception:  # it may be missing, or fail to find the driver's library
     GL = None
 
 VERSION = 3, 3  # of OpenGL
-SOFTWARE = (
-    "llvmpipe",
-    "softpipe",
-    "swrast",
-    "software",
-    "swiftshader",
-)  # of renderers without a card
+# of renderers without a card
+SOFTWARE = "llvmpipe", "softpipe", "swrast", "software", "swiftshader"
 MOST_BY_SOFTWARE = 100  # [-] robots that those draw as soon as the painter
 SAMPLES = 4  # [-] of a pixel
 CORNER, INSTANCE = 10, 15  # [-] floats

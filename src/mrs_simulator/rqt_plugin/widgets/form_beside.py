@@ -6,10 +6,8 @@ from mrs_simulator.rqt_plugin.widgets.boxes import column_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 
-NARROW, LEAST = (
-    36,
-    15,
-)  # [lines of text] of width, below which they are stacked; of the content's height
+# [lines of text] of width, below which they are stacked; of the content's height
+NARROW, LEAST = 36, 15
 
 
 @guarded

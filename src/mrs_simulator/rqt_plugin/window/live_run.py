@@ -32,10 +32,8 @@ class LiveRun:
         self._last_control = None
         self._is_obeyed = False  # whether targets and graph that are shown are a controller's
         self._reported_trouble = ""  # by the controller
-        self._warned, self._dismissed = (
-            (),
-            (),
-        )  # its warnings last shown, and those that the user closed
+        # its warnings last shown, and those that the user closed
+        self._warned, self._dismissed = (), ()
         self.ran = None  # the scenario that the run began with, and facts of it, once it has begun
         self._incidents = IncidentTexts()
         self._forecast = None  # where theory has the robots of the scenario go, (k, n, 2) [m]

@@ -73,9 +73,8 @@ class WholeRun:
         elif name == self.waits == "set_team":
             self.wait_for("simulation" if success else "")
         elif name == self.waits == "pause_after" and not self._team.is_taken():
-            self.wait_for(
-                "simulation"
-            )  # edited meanwhile: a team sent later would end the controller
+            # edited meanwhile: a team sent later would end the controller
+            self.wait_for("simulation")
         elif name == self.waits == "pause_after":
             said = self._study.do("control")
             self._say(said)

@@ -18,10 +18,8 @@ from mrs_simulator.study.draw.figure_parts import (
 )
 from mrs_simulator.study.draw.log_ticks import label_log
 
-BROAD, PALE = (
-    3.0,
-    0.35,
-)  # [-] width of theory among several runs, in widths of the run's; its opacity
+# [-] width of theory among several runs, in widths of the run's; its opacity
+BROAD, PALE = 3.0, 0.35
 WIDTH = 1.2  # [points]
 EARLIER = 0.5  # [-] opacity of where a compared run ends
 

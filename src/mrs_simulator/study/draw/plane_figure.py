@@ -24,14 +24,8 @@ from mrs_simulator.study.draw.figure_parts import (
     sized,
 )
 
-NAMED = (
-    "Theory",
-    "Final pose",
-    "Land",
-    "Obstacle",
-    "Arena",
-    "Collision",
-)  # in a legend, after paths
+# in a legend, after paths
+NAMED = "Theory", "Final pose", "Land", "Obstacle", "Arena", "Collision"
 TRAJECTORY_COLOUR = "#1a8a34"
 # Of paths; several where there are more kinds than colours.
 DASHES = (0, (4, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.5, 1.5)), (0, (10, 2))

@@ -23,10 +23,8 @@ MOST_TICKS = 9
 BOUNDARY_POINTS = 33  # along each axis, at which the theorem is asked
 ROBUSTNESS = "robustness of {}"
 PANEL = 1.7  # [in], height of a heat map
-CELL, NOTHING = (
-    "0.35",
-    "#dddddd",
-)  # colours of the marks in the legend, and of cells without a value
+# colours of the marks in the legend, and of cells without a value
+CELL, NOTHING = "0.35", "#dddddd"
 # [-] of values that ask for a logarithmic scale; of its least value
 SPREAD, LEAST_SHARE = 1e3, 1e-9
 NEITHER = 1e-6  # [1/s] within which nothing decays or grows: the threshold itself

@@ -31,9 +31,8 @@ class Recorded(NamedTuple):
     robots: Tuple[int, ...]  # numbers
     rate: float  # [Hz] of all robots together
     most: int = 1  # [-] rows of one sample at most: robots, or beacons, that may be seen
-    sample: Optional[float] = (
-        None  # [bytes] of one robot's where robots begin, None: all values are long
-    )
+    # [bytes] of one robot's where robots begin, None: all values are long
+    sample: Optional[float] = None
 
     def largest(self, duration):
         """Return about how many bytes ``duration`` [s] take at most."""

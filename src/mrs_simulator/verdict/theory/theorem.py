@@ -32,9 +32,8 @@ HELD = "false by held commands: {} {}, and {} with {} times the commands"
 OFTENER = 2, 4, 8  # times as many commands, with which a claim may hold
 SLOWLY_HELD = "false by held commands: {} {}, {}, and comes to {:.4g} as their period goes to 0"
 FINER = 1, 2, 4  # times as many commands, of whose three values a parabola in the period is made
-AT_ZERO = (
-    np.array([1.0, -6.0, 8.0]) / 3.0
-)  # its value at 0, from theirs: Richardson's extrapolation
+# its value at 0, from theirs: Richardson's extrapolation
+AT_ZERO = np.array([1.0, -6.0, 8.0]) / 3.0
 LOOKED_AT = 16  # [-] times as long a solution at least, of whose parts finer commands are looked at
 SHRINKS = 0.75  # [-] of a miss, that half the period leaves at most where the period is to blame
 SHORT = "run too short for this claim: {} s are needed, {} s were run"

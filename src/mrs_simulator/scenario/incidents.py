@@ -84,8 +84,3 @@ def _read_push(section):
     if max(map(abs, by)) > FARTHEST_PUSH:
         raise unwanted(section.at("by"), list(by), "[x, y] of at most {:g} m".format(FARTHEST_PUSH))
     return by
-
-
-def events_of_first(events, n):
-    """Return the ``events`` of the first n robots."""
-    return tuple(event for event in events if event.robot <= n)

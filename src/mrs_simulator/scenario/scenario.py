@@ -16,7 +16,6 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
 from mrs_simulator.core.step_rates import rate_note, steps_between
 from mrs_simulator.scenario.control import Control  # noqa: F401, known from here
-from mrs_simulator.scenario.incidents import events_of_first
 from mrs_simulator.scenario.keys import ENGINES, FIDELITIES, KEYS, SEED  # noqa: F401, likewise
 from mrs_simulator.scenario.reading import (
     ScenarioError,
@@ -120,7 +119,7 @@ class Scenario(record("Scenario", KEYS, ("poses", "kinds"), dict(TEAM, path=""))
             control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
             sensors=changes_for_robots(self.sensors, self.n, n),
-            events=events_of_first(self.events, n),
+            events=tuple(event for event in self.events if event.robot <= n),
             load=self.load and self.load.with_robots(n),
         )
 

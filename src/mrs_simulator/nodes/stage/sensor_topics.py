@@ -41,7 +41,7 @@ class SensorTopics(StagePart, rospy.SubscribeListener):
         self._of = {}
         for key, (row, form) in wanted.items():
             topic = self._topics[key] = self._topics.get(key) or _Topic(*key, self)
-            topic.publishes(form, self._frame(row, form))
+            topic.form, topic.frame = form, self._frame(row, form)
             self._of.setdefault((row, form.mount.name), []).append(topic)
         self._begin()
 
@@ -184,10 +184,6 @@ class _Topic:
         self.form, self.frame, self.has_subscribers = None, "", False
         self._newest, self._left_out, self._lost = None, 0, -math.inf
         self._publisher = prompt_publisher(name, kind, lambda: self._newest, listener)
-
-    def publishes(self, form, frame):
-        """Take in which form and frame its messages have."""
-        self.form, self.frame = form, frame
 
     def look(self):
         """Return whether anybody listens now, and remember it."""

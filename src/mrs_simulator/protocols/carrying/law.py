@@ -142,20 +142,18 @@ class Carrying(Tracking, PioneerControl):
         weight = self.load.weight[2]
         # Where wheels and joints have forces, grips are never quite at rest.
         decays = [] if self.fidelity == "dynamic" else [self._decay()]
-        return (
-            conditions
-            + decays
-            + [
-                Claim("load off its path [m]", off, place, self._off_path, "at most"),
-                Claim("load off its path at the end [m]", 0.0, place, self._off_at_end),
-                Claim("load turned off its path at the end [rad]", 0.0, place, self._turned_off),
-                Claim("largest internal force [N]", most, SHARE * most + force, self._largest),
-                Claim("internal force at the end [N]", 0.0, force, self._last),
-                Claim("weight carried, mean [N]", weight, 0.02 * weight, self._carried),
-                Claim("share off G+ w, mean [N]", 0.0, 0.02 * weight + force, self._off_share),
-                Claim("robots that let go", 0, 0, self._let_go, motion=False),
-            ]
-        )
+        return [
+            *conditions,
+            *decays,
+            Claim("load off its path [m]", off, place, self._off_path, "at most"),
+            Claim("load off its path at the end [m]", 0.0, place, self._off_at_end),
+            Claim("load turned off its path at the end [rad]", 0.0, place, self._turned_off),
+            Claim("largest internal force [N]", most, SHARE * most + force, self._largest),
+            Claim("internal force at the end [N]", 0.0, force, self._last),
+            Claim("weight carried, mean [N]", weight, 0.02 * weight, self._carried),
+            Claim("share off G+ w, mean [N]", 0.0, 0.02 * weight + force, self._off_share),
+            Claim("robots that let go", 0, 0, self._let_go, motion=False),
+        ]
 
     def _decay(self):
         """Return the claim that internal forces decay as those of the exact solution do meanwhile."""

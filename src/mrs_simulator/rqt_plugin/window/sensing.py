@@ -28,9 +28,8 @@ class Sensing:
         on_map, in_panel = self._shown_of(DRAWN), self._in_panel()
         depth = self._depth(in_panel)
         connection.watch_sensors({**on_map, **in_panel, **depth})
-        cameras = self._shown_of(
-            ("camera",)
-        )  # whose fields of view are drawn without a subscription
+        # whose fields of view are drawn without a subscription
+        cameras = self._shown_of(("camera",))
         mounts = {key: of[0] for key, of in {**on_map, **cameras}.items()}
         if not on_map and not in_panel and not panels.sensors.isVisible():
             panels.map.show_readings({}, mounts)

@@ -193,7 +193,7 @@ class Points:
         if rates is not None and _is_claimed(rates, claim):
             return Answer(None, LATER.format(rates[1]))
         if rates is None or not _is_simple(rates, claim):
-            return Answer(None, _not_simple(rates))
+            return Answer(None, NO_RATE if rates is None else NOT_SIMPLE.format(*rates))
         said = "decays by {:.4g} /s".format(rates[1])
         if rates[1] > claim.predicted:
             aside = self._rates_aside(claim, run, share)
@@ -419,7 +419,3 @@ def _is_claimed(rates, claim):
 def _is_simple(rates, claim):
     """Return whether ``rates`` of two parts differ little beside what they are off the ``claim``."""
     return abs(rates[1] - rates[0]) <= SIMPLE * abs(rates[1] - claim.predicted)
-
-
-def _not_simple(rates):
-    return NO_RATE if rates is None else NOT_SIMPLE.format(*rates)

@@ -68,6 +68,7 @@ class CommonFrame:
             self.inbox = make_inbox(*known, **more, together=team_of(scenario).has_arms)
         else:
             self.inbox = OdometryInbox(*known, **more)
+        self._poses = self.inbox  # whatever says where the robots are
 
     def begin_at(self, poses):
         """Take in other initial poses of the whole team, (n, 3)."""
@@ -95,11 +96,11 @@ class CommonFrame:
 
     def pose(self):
         """Return the robots' poses in the common frame, (n, 3), NaN where not known."""
-        return self.inbox.pose()
+        return self._poses.pose()
 
     def heights(self):
         """Return the robots' heights above the ground, (n,) [m], as received."""
-        return self.inbox.heights()
+        return self._poses.heights()
 
     def with_heights(self, pose):
         """Return ``pose`` (n, 3); of a team that leaves the ground (n, 4), with its heights."""
@@ -111,13 +112,12 @@ class CommonFrame:
 
     def spatial(self):
         """Return the robots' ``Spatial``; orientations in the common frame."""
-        received, theta = self._received_in_space(), self.pose()[:, 2]
+        received, theta = self._poses.spatial(), self.pose()[:, 2]
+        if self._poses is not self.inbox:
+            received = received._replace(twist=self.inbox.spatial().twist)
         return received._replace(
             orientation=turned(received.orientation, theta - headings(received.orientation))
         )
-
-    def _received_in_space(self):
-        return self.inbox.spatial()
 
     def missing(self, now):
         """Return which robots' poses are not known or too old at ``now`` [s], or ""."""
@@ -139,7 +139,7 @@ class CommonFrame:
 
     def jumped(self):
         """Return ``{row: text}`` of the robots that are no longer followed."""
-        return self.inbox.jumps()
+        return self._poses.jumps()
 
     def jump_texts(self):
         """Return ``{row: text}`` of the robots that are no longer followed, each named."""
@@ -161,7 +161,8 @@ class CommonFrame:
 
     def accept(self):
         """Follow the robots that jumped from where they are now: a person has said so."""
-        self.inbox.accept()
+        for source in {self.inbox, self._poses}:
+            source.accept()
 
 
 class ScenarioFrame(CommonFrame):
@@ -231,17 +232,6 @@ class LocalisedFrame(CommonFrame):
         self.pose_timeout = read(POSE_TIMEOUT)
         self._poses = self._open_poses()
 
-    def pose(self):
-        """Return the newest poses."""
-        return self._poses.pose()
-
-    def heights(self):
-        """Return the newest heights."""
-        return self._poses.heights()
-
-    def _received_in_space(self):
-        return self._poses.spatial()._replace(twist=self.inbox.spatial().twist)
-
     def missing(self, now):
         """Return which robots' odometry or pose is missing, or ""."""
         what = self.WHAT + " on " + self._poses.topic
@@ -260,15 +250,6 @@ class LocalisedFrame(CommonFrame):
 
     def doubled(self):
         return {**super().doubled(), **self._poses.doubled()}
-
-    def jumped(self):
-        """Return ``{row: text}`` of the robots whose pose jumped."""
-        return self._poses.jumps()
-
-    def accept(self):
-        """Follow the poses again, and the odometry."""
-        super().accept()
-        self._poses.accept()
 
 
 class ExternalFrame(LocalisedFrame):

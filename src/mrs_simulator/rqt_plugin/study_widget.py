@@ -236,10 +236,8 @@ class StudyWidget(StudyPanels):
             self.study.preflight.cancel()
         self.live.follow_control()
         self.sensing.show()
-        self.opened.follow()
-        self.past.follow()
-        self.comparison_control.follow()
-        self.shelf_control.follow()
+        for part in (self.opened, self.past, self.comparison_control, self.shelf_control):
+            part.follow()
         self.sweep_control.follow()
         self.search_control.follow()
         self.status_line.show()
@@ -282,14 +280,10 @@ class StudyWidget(StudyPanels):
         """Stop the timers, of the panels too, end what was started here, withdraw from ROS."""
         for timer in self.findChildren(QTimer):
             timer.stop()
-        self.trial.close()
-        self.edge_lens.close()
-        self.course.close()
-        self.what_if.close()
-        self.results.close()
-        self.replay.end()
-        self.opened.end()
-        self.comparison_control.end()
+        for part in (self.trial, self.edge_lens, self.course, self.what_if, self.results):
+            part.close()
+        for part in (self.replay, self.opened, self.comparison_control):
+            part.end()
         self.shelf_control.close()
         self.sweep_control.close()
         self.files.keep_unsaved()

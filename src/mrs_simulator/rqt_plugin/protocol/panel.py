@@ -38,6 +38,7 @@ class ProtocolPanel(QWidget):
         self._build_chooser()
         self.form = ParameterForm()
         self.form.changed.connect(self.parameters_changed)
+        self.values, self.set_warnings = self.form.values, self.form.set_warnings
         self._empty = QLabel("This protocol has no parameters.", wordWrap=True)
         self._defaults = QPushButton(
             "Defaults", clicked=guarded(lambda *_: self.form.set_defaults())
@@ -159,10 +160,6 @@ class ProtocolPanel(QWidget):
         self._empty.setVisible(not parameters)
         self._defaults.setEnabled(bool(parameters))
 
-    def values(self):
-        """Return the values in force, or as last sent."""
-        return self.form.values()
-
     def finish(self):
         """Apply pending texts of the parameters; return why one is refused, "" where none is."""
         self.form.finish()
@@ -174,10 +171,6 @@ class ProtocolPanel(QWidget):
         if field is not None:
             field.setFocus()
             self._scroll.ensureWidgetVisible(field)
-
-    def set_warnings(self, warnings):
-        """Show warnings (name: text) beside their parameters; those of "" below the form."""
-        self.form.set_warnings(warnings)
 
 
 class _FormArea(QScrollArea):

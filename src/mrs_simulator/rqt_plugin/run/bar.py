@@ -124,6 +124,7 @@ class RunBar(QWidget):
 
     def _build_emergency(self):
         self._stop_all = QPushButton("EMERGENCY STOP", checkable=True, styleSheet=RED)
+        self.is_emergency = self._stop_all.isChecked
         text = "All robots stop and stay so until released ({}, from every window)"
         self._stop_all.setToolTip(text.format(EMERGENCY_KEY))
         self._stop_all.toggled.connect(self._on_emergency)
@@ -294,10 +295,6 @@ class RunBar(QWidget):
         text = "End bag" if recording else "Record bag"
         self._buttons["bag"].setText(text)
         self._entries["bag"].setText("{}\t{}".format(text, self._keys["bag"]))
-
-    def is_emergency(self):
-        """Return whether the emergency stop's button is pressed."""
-        return self._stop_all.isChecked()
 
     def set_emergency(self, on):
         """Show the state of the emergency stop; no signal."""

@@ -49,6 +49,7 @@ class TeamPanel(QWidget):
         self._find = vehicles.kind  # returns the Kind that a name means
         self.model = TeamModel(vehicles.KINDS, self)
         self.model.accepted.connect(self._on_edited)
+        self.set_real = self.model.set_real
         self.table = TeamTable(self.model)
         self.table.pasted.connect(self._on_pasted)
         self.table.arranged.connect(self._on_arranged)
@@ -222,10 +223,6 @@ class TeamPanel(QWidget):
         self.number.setToolTip(NUMBER_TIP + remark)
         self.layouts.setToolTip(remark)
         self.table.setToolTip(remark)
-
-    def set_real(self, numbers):
-        """Mark the robots ``numbers`` as real ones."""
-        self.model.set_real(numbers)
 
     def _overlapping_pairs(self, poses):
         if self._bodies is None:

@@ -21,7 +21,7 @@ from mrs_simulator.core.writing import printing
 from mrs_simulator.nodes.control.reconfigure import TellingServer
 from mrs_simulator.protocols.loading import ProtocolError, load_protocol
 from mrs_simulator.protocols.making import make_control
-from mrs_simulator.ros.node import deferred_output, launch_arguments
+from mrs_simulator.ros.node import arguments, deferred_output
 from mrs_simulator.ros.node.arguments import parse, scenario_from
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
@@ -219,9 +219,9 @@ def test_misspelt_arguments_of_roslaunch_are_refused(monkeypatch, words, said):
     line = ["/usr/bin/python3", "/usr/bin/roslaunch", *words]
     monkeypatch.setattr(deferred_output, "command_line", lambda process: line)
     if not said:
-        return launch_arguments.refuse_unknown_launch_arguments()
+        return arguments.refuse_unknown_launch_arguments()
     with pytest.raises(ValueError, match=re.escape("roslaunch: " + words[-1]) + ".*" + said):
-        launch_arguments.refuse_unknown_launch_arguments()
+        arguments.refuse_unknown_launch_arguments()
 
 
 def test_the_parent_s_command_line_is_read():

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -178,6 +179,66 @@ def test_an_error_ends_the_run_and_nothing_is_written_after_it(tmp_path, threade
     assert len(failing) == 1 and recorder._file._file.closed and recorder._beside is None
     assert path.read_bytes().count(b"\n") == 1 + 20 * ROBOTS
     recorder.close()
+
+
+def test_an_interrupt_while_the_disk_is_slow_loses_nothing(tmp_path, threaded):
+    path, interrupted = str(tmp_path / "run.csv"), threading.Event()
+    recorder = Recorder(path, range(1, 1 + ROBOTS), kept=SAMPLES)
+    disk = recorder._file._file = Disk(recorder._file._file)
+
+    def interrupt():
+        while not (recorder._beside._waiting.not_full._waiters or interrupted.is_set()):
+            time.sleep(0.001)
+        if not interrupted.is_set():
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+            interrupted.wait()
+
+    disk.before = interrupt
+    with pytest.raises(KeyboardInterrupt):
+        add_blocks(recorder)
+    interrupted.set()
+    check_whole(recorder)
+
+
+def check_whole(recorder):
+    """Close ``recorder`` and check that all of its samples are there, once."""
+    recorder.close()
+    run = read_run_csv(recorder.path)
+    assert len(run.time) == recorder._samples > MOST_WAITING and recorder.has_kept_all
+    for name in ("time", "pose", "hand", "command"):
+        np.testing.assert_array_equal(getattr(run, name), getattr(recorder.run(), name))
+
+
+def test_an_interrupt_once_it_was_asked_writes_nothing_twice(tmp_path, threaded, monkeypatch):
+    asked, ask = [], Beside.ask
+
+    def interrupted(self, function):
+        asked.append(function)
+        ask(self, function)
+        if len(asked) == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Beside, "ask", interrupted)
+    recorder = Recorder(str(tmp_path / "run.csv"), range(1, 1 + ROBOTS), kept=SAMPLES)
+    with pytest.raises(KeyboardInterrupt):
+        add_blocks(recorder)
+    check_whole(recorder)
+
+
+def test_what_an_interrupt_left_half_kept_is_read_back(tmp_path, threaded, monkeypatch):
+    threaded(False)
+    recorder = Recorder(str(tmp_path / "run.csv"), range(1, 1 + ROBOTS), kept=SAMPLES)
+    add_blocks(recorder, 10)
+
+    def interrupted(rows, numbers):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(recorder.kept, "put", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        add_blocks(recorder, 20, begin=10)
+    recorder.close()
+    assert not recorder.has_kept_all
+    assert len(recorder.run().time) == 10
 
 
 def test_what_waits_is_bounded():

@@ -33,7 +33,9 @@ class Beside:
 
     def settle(self):
         """Wait until all is done; raises, once, what a function raised."""
-        self._waiting.join()
+        done = threading.Event()
+        self._waiting.put(done)
+        done.wait()
         self._raise()
 
     def _raise(self):
@@ -42,21 +44,19 @@ class Beside:
 
 
 def _work(waiting, raised):
-    """Call what comes from the queue ``waiting``, up to None; put what is ``raised`` first into that."""
+    """Call what comes from the queue ``waiting``, up to None, and set events; put what is ``raised`` first
+    into that."""
     is_able = True
-    while True:
-        function = waiting.get()
-        try:
-            if function is None:
-                return
-            if is_able:
+    for function in iter(waiting.get, None):
+        if isinstance(function, threading.Event):
+            function.set()
+        elif is_able:
+            try:
                 function()
-        except BaseException as error:
-            is_able = False
-            raised.append(error)
-        finally:
-            function = None  # its owner may go meanwhile
-            waiting.task_done()
+            except BaseException as error:
+                is_able = False
+                raised.append(error)
+        del function  # its owner may go meanwhile
 
 
 def _end(waiting, thread):

@@ -246,6 +246,7 @@ class Recorder:
         self._arms = np.full(shape[0], float(hand_length))  # [m]
         self._warn = warn or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
+        self._begun = self._written = 0  # [-] samples, of which the last may be interrupted
         self._trouble, self._warnings, self._told = "", [], 0
         self._is_together, self._beside = False, None  # the thread that writes
 
@@ -322,7 +323,6 @@ class Recorder:
     def _write_waiting(self):
         """Keep the waiting samples, and write them to the file as text."""
         stamps, pointless = self._stamps, self._pointless
-        self._stamps, self._pointless = [], []
         rows, begin = self._waiting[: len(stamps)], self._samples - len(stamps)
         if all(pointless):
             self._add_points(rows)
@@ -335,8 +335,9 @@ class Recorder:
         if self._beside is None:
             self._write(begin, stamps, rows)
         else:
-            self._waiting = np.empty_like(self._waiting)
             self._beside.ask(functools.partial(self._write, begin, stamps, rows))
+            self._waiting = np.empty_like(self._waiting)
+        self._stamps, self._pointless = [], []  # where asking is interrupted, they wait on
         self._tell()
 
     def _add_points(self, rows):
@@ -344,7 +345,10 @@ class Recorder:
         rows[:, :, self._hand] = hand_points(rows[:, :, self._places["pose"]], self._arms)
 
     def _write(self, begin, stamps, rows):
-        """Keep and write the samples from ``begin`` on, ``rows`` (k, n, width)."""
+        """Keep and write the samples from ``begin`` on, ``rows`` (k, n, width), unless that has begun."""
+        if begin < self._begun:
+            return
+        self._begun = begin + len(rows)
         room = slice(begin, min(begin + len(rows), len(self._kept)))
         if begin < room.stop:
             kept = room.stop - begin
@@ -352,6 +356,7 @@ class Recorder:
             self.kept.put(room, rows[:kept])
         self._file_away(stamps, rows)
         self._note(stamps[-1])
+        self._written = self._begun
 
     def _file_away(self, stamps, rows):
         """Write ``rows`` to the file as text."""
@@ -402,7 +407,7 @@ class Recorder:
     def has_kept_all(self):
         """Return whether the numbers of all samples are in memory, and such as a reader takes."""
         self._settle()
-        if self._file.lost or not 0 < self._samples <= len(self._kept):
+        if self._file.lost or not 0 < self._samples <= min(self._written, len(self._kept)):
             return False
         return self.kept.are_finite(self._samples)
 

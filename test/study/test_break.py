@@ -160,6 +160,33 @@ def test_the_same_seed_finds_the_same(path, tmp_path):
     ).read_bytes()
 
 
+@pytest.mark.parametrize(
+    "key, said",
+    [
+        ("control.parameters.gian", "search.control.parameters: unknown 'gian'; did you mean 'gain'"),
+        ("mismatch.dely", "search.mismatch: unknown 'dely'; did you mean 'delay'"),
+        ("sead", "unknown 'sead'; did you mean 'seed'"),
+        ("gain", "gain: wanted control.parameters.gain, a parameter of the law"),
+        ("events[0].at", "events[0] is no entry of a list"),
+    ],
+)  # fmt: skip
+def test_keys_that_are_none_are_refused_before_anything_runs(path, tmp_path, capsys, key, said):
+    assert run(break_, path, "--out", tmp_path / "out", "--vary", key + "=[1, 2]") == 2
+    told = capsys.readouterr().err
+    assert said in told and "runs" not in told
+    assert not (tmp_path / "out").exists()
+
+
+def test_parameters_of_a_law_that_varies_itself_are_left_to_the_runs(path, tmp_path):
+    text = SCENARIO.replace(", parameters: {gain: 1.0}", "")
+    with open(path, "w") as file:
+        file.write(text.replace("  control.parameters.gain: [0.2, 12]\n", ""))
+    laws = "control.protocol={choices: [discrete_consensus, discrete_consensus]}"
+    varied = "--vary", laws, "--vary", "control.parameters.eps=[0.1, 0.2]"
+    options = "--runs", 2, "--optimiser", "random", "--formats", ""
+    assert run(break_, path, "--out", tmp_path / "out", *options, *varied) in (0, 1)
+
+
 KILLED = """
 import os
 import re

@@ -498,6 +498,18 @@ def test_robots_that_the_scenario_does_not_have_are_named(tmp_path, capsys):
     assert "robots 7 to 8 are not in the scenario: put where there is room, without edges" in said
 
 
+SEEDED = """
+from mrs_simulator import Parameter, PioneerControl
+
+
+class Seeded(PioneerControl):
+    PARAMETERS = PioneerControl.PARAMETERS + (Parameter("seed", 0.0),)
+
+    def pointMassLaw(self, hand):
+        return 0.0 * hand
+"""
+
+
 def test_values_of_a_file_are_set_on_the_command_line(tmp_path, capsys):
     path = tmp_path / "scenario.yaml"
     path.write_text(
@@ -519,6 +531,19 @@ def test_values_of_a_file_are_set_on_the_command_line(tmp_path, capsys):
     assert run("--set", "topology={preset: path}", "--set", "poses=[[0, 0, 0], [7, 0, 0]]")[0] == 0
     scenario = load_scenario(tmp_path / "out" / "scenario.yaml")
     assert scenario.poses[1, 0] == 7.0 and len(scenario.topology.edges) == 1
+    # No parameters of the law; the third has no edges, so that nothing spans.
+    assert run("--set", "robots=3", "--set", "record_rate=10")[0] == 1
+    scenario = load_scenario(tmp_path / "out" / "scenario.yaml")
+    assert scenario.n == 3 and scenario.record_rate == 10.0
+    code, said = run("--set", "robots=many")
+    assert code == 2 and "--set robots: 'many', wanted a whole number" in said
+    law = tmp_path / "own.py"
+    law.write_text(SEEDED)
+    assert run("--protocol", str(law), "--set", "seed=4")[0] == 0
+    scenario = load_scenario(tmp_path / "out" / "scenario.yaml")
+    assert scenario.control.parameters["seed"] == 4.0 and scenario.seed == 0
+    code, said = run("--set", "robots=3", "--sweep", "seed=0..1", "--jobs", "1")
+    assert code in (0, 1) and len(list((tmp_path / "out").glob("*/run.csv"))) == 2
     code, said = run("--set", "gian=1")
     assert code == 2 and "unknown 'gian'; did you mean 'gain'" in said
     code, said = run("--set", "gain")

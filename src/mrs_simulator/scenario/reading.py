@@ -39,6 +39,10 @@ class ScenarioError(ValueError):
         super().__init__(message if len(message) <= LONGEST_MESSAGE else cut)
 
 
+class UnknownKey(ScenarioError):
+    """A key that no scenario has there; the message names the nearest one that one may have."""
+
+
 def unwanted(where, value, wanted):
     """Return the ``ScenarioError`` of ``value`` at ``where`` that is not what is ``wanted``."""
     return ScenarioError("{}: {}, wanted {}".format(where, shown(value), wanted))
@@ -228,7 +232,7 @@ class Section:
         """Refuse keys that were not read; the error names the nearest known one."""
         for key in self._content:
             if key not in self._read:
-                raise ScenarioError(unknown_name(self._where, key, self._read))
+                raise UnknownKey(unknown_name(self._where, key, self._read))
 
 
 def fitting(field, value, where, n=None):

@@ -12,6 +12,8 @@ import sys
 from mrs_simulator.core.garbage import loading
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
+from mrs_simulator.scenario.keys import KEYS
+from mrs_simulator.scenario.reading import unwanted
 from mrs_simulator.scenario.scenario import OVERRIDES, load_scenario, scenario_of_file
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.bad_input import refusing_bad_input
@@ -127,21 +129,36 @@ def _scenario(arguments):
     if arguments.set:
         from mrs_simulator.study.run.sweep import content_of
 
-        scenario = scenario_of_file(content_of(path, _settings(arguments)), path)
+        settings = _settings(arguments)
+        robots = settings.pop("robots", arguments.robots)
+        scenario = scenario_of_file(content_of(path, settings), path)
         names.remove("protocol")
     else:
-        scenario = load_scenario(path)
-    if arguments.robots is not None:
-        _tell_added(scenario, arguments.robots)
-    return scenario.overridden(**_given(arguments, names))
+        scenario, robots = load_scenario(path), arguments.robots
+    if robots is not None:
+        _tell_added(scenario, robots)
+    return scenario.overridden(**{**_given(arguments, names), "robots": robots})
 
 
 def _settings(arguments):
-    """Return the values that ``--protocol`` and ``--set`` give, by the paths of keys."""
-    from mrs_simulator.study.run.sweep import PROTOCOL, read_setting
+    """Return the values that ``--protocol`` and ``--set`` give, by the paths of keys.
+
+    The name of a key of the scenario is that key, unless it is a parameter of the law.
+    """
+    from mrs_simulator.protocols.loading import choose_protocol
+    from mrs_simulator.study.run.sweep import PARAMETERS, PROTOCOL, content_of, read_setting
 
     own = {PROTOCOL: arguments.protocol} if arguments.protocol else {}
-    return {**own, **dict(map(read_setting, arguments.set))}
+    given = dict(read_setting(text) for text in arguments.set)
+    keys = {PARAMETERS + key: key for key in ("robots", *(field.name for field in KEYS))}
+    if set(keys) & set(given):
+        path = scenario_path(arguments.scenario)
+        _, law = choose_protocol(scenario_of_file(content_of(path, own), path))
+        declared = {PARAMETERS + each.name for each in law.PARAMETERS}
+        given = {key if key in declared else keys.get(key, key): v for key, v in given.items()}
+    if type(given.get("robots", 1)) is not int:
+        raise unwanted("--set robots", given["robots"], "a whole number")
+    return {**own, **given}
 
 
 def _tell_doubts(scenarios):
@@ -223,7 +240,7 @@ def _add_scenario(parser):
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="a parameter of the law, gain=0.3, or any key by its path, mismatch.delay=0.2",
+        help="a parameter of the law, gain=0.3, or any key by its path, mismatch.delay=0.2, robots=5",
     )
     add_require_verdict(parser)
 

@@ -47,6 +47,7 @@ TABLE_EVERY = 1.0
 CONFIDENCE = 0.95  # of intervals
 SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"
+PARAMETERS = "control.parameters."  # before a parameter of the law
 MEASURES = (
     "outcome",
     "passed",
@@ -249,7 +250,7 @@ def read_setting(text):
         raise ScenarioError("--set {!r}: wanted NAME=VALUE or KEY=VALUE".format(text))
     value = parse_yaml(value, "--set {!r}".format(text))
     is_path = set(key) & set(".[") or isinstance(value, (dict, list))
-    return key if is_path else "control.parameters." + key, value
+    return key if is_path else PARAMETERS + key, value
 
 
 def content_of(path, given):

@@ -5,12 +5,13 @@ import math
 
 import numpy as np
 
-from mrs_simulator.protocols.loading import from_anywhere
+from mrs_simulator.core.fields import unknown_name
+from mrs_simulator.protocols.loading import choose_protocol, from_anywhere
 from mrs_simulator.scenario.incidents import PUSHED
-from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError, UnknownKey
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS, EdgeRange
-from mrs_simulator.study.run.sweep import put_key
+from mrs_simulator.study.run.sweep import PARAMETERS, PROTOCOL, SweepError, put_key
 
 PUSH = ("time", "robot", "x", "y")  # the coordinates of one
 DIGITS = 6  # of poses and numbers that are drawn
@@ -163,6 +164,28 @@ def content_with(content, variation, path=""):
     if PUSHES in variation:
         _push(changed, variation[PUSHES])
     return changed
+
+
+def check_keys(search, content, path):
+    """Raise ``ScenarioError`` where a key that varies is none of the scenario ``content`` or of its law.
+
+    ``path``: of its file.  What values of known keys are worth is left to the runs.
+    """
+    values = {each.key: _value(each, 0.0) for each in search.ranges if each.key != ROBOTS}
+    law = choose_protocol(scenario_of_file(content, path))[1]
+    known = [each.name for each in law.PARAMETERS]
+    try:
+        scenario_of_file(content_with(content, values, path), path, path + ": search")
+    except (UnknownKey, SweepError) as error:
+        text = "{}: search: {}: wanted {}, a parameter of the law"
+        meant = [(path, key, PARAMETERS + key) for key in values if key in known]
+        raise ScenarioError(text.format(*meant[0]) if meant else str(error)) from None
+    except ScenarioError:
+        pass
+    if not {"control", PROTOCOL} & set(values):
+        for name in (key[len(PARAMETERS) :] for key in values if key.startswith(PARAMETERS)):
+            if name not in known:
+                raise ScenarioError(unknown_name(path + ": search." + PARAMETERS[:-1], name, known))
 
 
 def _edit_edges(content, path, cut, add):

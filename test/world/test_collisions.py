@@ -244,7 +244,9 @@ def piles():
     return found
 
 
-@pytest.mark.parametrize("loose, skin", [(bodies.LOOSE, bodies.SKIN), (0.02, 0.05)])
+@pytest.mark.parametrize(
+    "loose, skin", [(bodies.LOOSE, bodies.SKIN), (0.02, 0.05), (0.9, bodies.SKIN)]
+)
 @pytest.mark.parametrize("way", WAYS[1:])
 def test_the_loop_pushes_robots_apart_to_numpys_bits(way, loose, skin, monkeypatch):
     monkeypatch.setattr(bodies, "LOOSE", loose)

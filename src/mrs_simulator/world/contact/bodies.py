@@ -26,6 +26,7 @@ from mrs_simulator.world.contact.heights import Heights
 
 PASSES = 4  # [-] rounds of pushing apart in one step
 LOOSE = 0.3  # [m] beyond reach, for which pairs are looked at again and again within a step
+CLOSE = 0.05  # [m] beyond reach, for which pairs are looked at again as bodies are pushed apart
 ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
 
 
@@ -53,7 +54,8 @@ class Bodies:
         self._outlines = self.footprints.of_all(team.n)[::-1]
         self._list = VerletList(2.0 * self.footprints.farthest)
         self._bounds = np.square([  # of ``push_all``
-            0.5 * SKIN, self._list.reach + LOOSE, 0.5 * LOOSE, self._list.reach
+            0.5 * SKIN, self._list.reach + LOOSE, 0.5 * LOOSE, self._list.reach,
+            0.5 * CLOSE, self._list.reach + CLOSE,
         ])  # fmt: skip
         self._kept_of = self._known = None  # listed pairs, and what it takes of them
         self.moved_elsewhere()

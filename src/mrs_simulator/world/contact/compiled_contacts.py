@@ -24,8 +24,9 @@ def push_all(pose, cos, sin, outlines, listed, kept, bounds, passes, rows, found
     (2, n); ``kept``: those of them that are looked at, rows (2, m + 1), where robots were when they were
     selected (2, n), and how many they are, (1,), -1 before; ``bounds``: squares [m^2] of the way for which
     the list is whole, of the distance below which a pair is looked at, of the way for which that is
-    enough, and of the distance below which bodies can touch.  Filled: ``rows`` (2, m), and middle and
-    depth, ``found`` (3, m), of the pairs that overlap at first.
+    enough, of the distance below which bodies can touch, of the way for which those that are close
+    within a step are enough, and of the distance below which they are.  Filled: ``rows`` (2, m), and
+    middle and depth, ``found`` (3, m), of the pairs that overlap at first.
 
     Returns how many these are, the square of the least distance of pairs listed, and that of the farthest
     way from where they were listed, both afterwards; ``STALE`` with nothing changed.
@@ -34,16 +35,20 @@ def push_all(pose, cos, sin, outlines, listed, kept, bounds, passes, rows, found
     x, y, hits, moved = pose[0].copy(), pose[1].copy(), 0, np.ones(pose.shape[1], dtype=np.bool_)
     if farthest(x, y, origin[0], origin[1]) > bounds[0]:
         return STALE, 0.0, 0.0
-    m, a, b = known[0], near[0], near[1]
-    hit, shift, deep = np.empty_like(a), np.empty((2, len(a))), np.empty(len(a))
+    if known[0] < 0 or farthest(x, y, places[0], places[1]) > bounds[2]:
+        select(x, y, listed, kept, bounds[1])
+    a, b, x0, y0 = close_ones(x, y, kept, bounds[5])
+    hit, shift, deep = spare_of(len(a))
     for turn in range(passes):
-        if m < 0 or farthest(x, y, places[0], places[1]) > bounds[2]:
-            if turn and farthest(x, y, origin[0], origin[1]) > bounds[0]:
+        lost = turn > 0 and farthest(x, y, places[0], places[1]) > bounds[2]
+        if lost:
+            if farthest(x, y, origin[0], origin[1]) > bounds[0]:
                 return STALE, 0.0, 0.0
-            places[0], places[1] = x, y
-            m = known[0] = looked_at(x, y, first, second, bounds[1], a, b)
-        seen = a[:m], b[:m], moved, bounds[3]
-        count = overlaps(x, y, cos, sin, *outlines, *seen, hit, shift, deep)
+            select(x, y, listed, kept, bounds[1])
+        if lost or turn > 0 and farthest(x, y, x0, y0) > bounds[4]:
+            a, b, x0, y0 = close_ones(x, y, kept, bounds[5])
+            hit, shift, deep = spare_of(len(a))
+        count = overlaps(x, y, cos, sin, *outlines, a, b, moved, hit, shift, deep)
         if count == 0:
             break
         if turn == 0:
@@ -56,11 +61,33 @@ def push_all(pose, cos, sin, outlines, listed, kept, bounds, passes, rows, found
         part(x, y, a, b, hit[:count], shift, moved)
     if hits:
         pose[0], pose[1] = x, y
-    nearest = least(x, y, a[:m], b[:m])
+    m = known[0]
+    nearest = least(x, y, near[0, :m], near[1, :m])
     # That of another pair may be less.
     if nearest >= bounds[3] or farthest(x, y, places[0], places[1]) > bounds[2]:
         nearest = least(x, y, first, second)
     return hits, nearest, farthest(x, y, origin[0], origin[1])
+
+
+def spare_of(m):
+    """Return what ``overlaps`` fills of m pairs."""
+    return np.empty(m + 1, np.int64), np.empty((2, m)), np.empty(m)
+
+
+def select(x, y, listed, kept, bound):
+    """Fill in ``kept`` of ``push_all``: which of the pairs ``listed`` are looked at, and from where."""
+    (first, second, _), (near, places, known) = listed, kept
+    places[0], places[1] = x, y
+    known[0] = looked_at(x, y, first, second, bound, near[0], near[1])
+
+
+def close_ones(x, y, kept, bound):
+    """Return those of the pairs ``kept`` that are closer than the square root of ``bound`` [m^2], and x and
+    y now."""
+    near, m = kept[0], kept[2][0]
+    a, b = np.empty(m + 1, np.int64), np.empty(m + 1, np.int64)
+    count = looked_at(x, y, near[0, :m], near[1, :m], bound, a, b)
+    return a[:count], b[:count], x.copy(), y.copy()
 
 
 def least(x, y, first, second):
@@ -83,19 +110,17 @@ def looked_at(x, y, first, second, bound, a, b):
     return m
 
 
-def overlaps(x, y, cos, sin, ahead, half, a, b, moved, bound, hit, shift, deep):
+def overlaps(x, y, cos, sin, ahead, half, a, b, moved, hit, shift, deep):
     """Return how many of the pairs ``a``, ``b`` (k,) overlap, and fill in which, ``hit`` (k,), their shifts
     (2, k) and how ``deep`` (k,) [m].
 
-    Only pairs that are closer than the square root of ``bound`` [m^2] and of which one has ``moved`` (n,)
-    since they were last looked at.  By separating axes, as ``collisions.rectangle_overlap``.
+    Only pairs of which one has ``moved`` (n,) since they were last looked at.  By separating axes, as
+    ``collisions.rectangle_overlap``.
     """
     count = near = 0
     for k in range(len(a)):
-        i, j = a[k], b[k]
-        dx, dy = x[j] - x[i], y[j] - y[i]
         hit[near] = k
-        near += (dx * dx + dy * dy < bound) & (moved[i] | moved[j])
+        near += moved[a[k]] | moved[b[k]]
     for k in hit[:near]:
         i, j = a[k], b[k]
         (u, v), (p, q) = (cos[i], sin[i]), (cos[j], sin[j])

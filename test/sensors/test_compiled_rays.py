@@ -1,5 +1,6 @@
 """Rays in compiled loops: numpy's results to the bit, from the same operations."""
 
+import collections
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.sensors import scenery
 from mrs_simulator.sensors.compiled_rays import ROUGH, bearing_of, cast_by, make_loops, spread_of
 from mrs_simulator.sensors.scenery import CarriedRays, Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
@@ -45,8 +47,11 @@ def compare_rays(loops):
                 assert (wanted != cast(shapes, *given[:3])).any()
 
 
-def compare_scans(loops, n=60):
-    """Scans of lasers in any place, also beside, within and behind shapes, and twice around."""
+def scans(n):
+    """Yield shapes, scans of n lasers, and their distances by all rays and all shapes.
+
+    Lasers in any place, also beside, within and behind shapes, and twice around.
+    """
     draw, met = np.random.default_rng(4), 0
     for span, k in ((1.0, 90), (6.26, 360), (6.26, 7), (11.0, 50), (1e-3, 40)):
         for size in (0.4, 3.0):
@@ -59,13 +64,17 @@ def compare_scans(loops, n=60):
             team = Team(("pioneer3dx", "robotino3") * (n // 2))
             shapes = Scenery(team, boxes).at(State(0.0, poses, 0.0 * poses))
             place = draw.normal(0.0, 0.3, (1, 2))
-            own = np.full(n, 0.2), np.arange(n)
-            for step in (span / (k - 1), 0.0):
-                rays = CarriedRays(poses, place, along, *own, step)
-                wanted = cast(shapes, rays, 6.0)
-                np.testing.assert_array_equal(cast_by(loops, shapes, rays, 6.0, 0.0, None), wanted)
-                met += np.isfinite(wanted).sum()
+            rays = CarriedRays(poses, place, along, np.full(n, 0.2), np.arange(n))
+            wanted = cast(shapes, rays, 6.0)
+            met += np.isfinite(wanted).sum()
+            yield shapes, rays, wanted
+            yield shapes, rays._replace(step=span / (k - 1)), wanted
     assert met > 100 * n
+
+
+def compare_scans(loops, n=60):
+    for shapes, rays, wanted in scans(n):
+        np.testing.assert_array_equal(cast_by(loops, shapes, rays, 6.0, 0.0, None), wanted)
 
 
 def compare_echoes(loops):
@@ -89,6 +98,23 @@ def test_the_loops_give_what_numpy_gives():
     compare_rays(loops)
     compare_scans(loops, n=4)
     compare_echoes(loops)
+
+
+def test_of_scans_only_rays_are_tried_that_can_meet_a_body(monkeypatch):
+    tried, before = collections.Counter(), scenery._to_shapes
+
+    def counted(form, origin, direction, *others):
+        tried[scenery.MOST] += direction.shape[0] * direction.shape[1]
+        return before(form, origin, direction, *others)
+
+    monkeypatch.setattr(scenery, "_to_shapes", counted)
+    for shapes, rays, wanted in scans(20):
+        for most in (10**9, 0):
+            monkeypatch.setattr(scenery, "MOST", most)
+            np.testing.assert_array_equal(cast(shapes, rays, 6.0), wanted)
+        monkeypatch.undo()
+        monkeypatch.setattr(scenery, "_to_shapes", counted)
+    assert 0 < tried[0] < 0.7 * tried[10**9]
 
 
 def test_compiled_loops_give_what_numpy_gives():

@@ -14,7 +14,7 @@ _HOMES = {
     "PioneerControl": "mrs_simulator.control.pioneer_control",
     "Position": "mrs_simulator.control.pioneer_control",
     "array_law": "mrs_simulator.control.array_law",
-    "make_twist": "mrs_simulator.control.twists",
+    "make_twist": "mrs_simulator.control.twist_message",
     "Twist": "mrs_simulator.control.twist_message",
     "Parameter": "mrs_simulator.core.fields",
     "run": "mrs_simulator.nodes.control.starting",

@@ -1,13 +1,34 @@
 """Commands of a team and the ``Twist`` messages of the hook: conversion, and what is refused."""
 
+import importlib.util
 import itertools
 import operator
 import struct
 
 import numpy as np
 
-from mrs_simulator.control.twist_message import Twist, make_twist
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, max_abs
+
+
+def _is_there(module):
+    """Return whether there is a ``module``, without loading it."""
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+if not _is_there("geometry_msgs.msg"):
+    import mrs_simulator.control.twist_message  # noqa: F401, so that laws find these messages
+
+
+def __getattr__(name):
+    """Return ``Twist`` or ``make_twist``: ROS's messages take 10 ms to load, and few laws need them."""
+    if name not in ("Twist", "make_twist"):
+        raise AttributeError("module {!r} has no attribute {!r}".format(__name__, name))
+    from mrs_simulator.control import twist_message
+
+    return getattr(twist_message, name)
 
 
 class ControlError(ValueError):
@@ -18,6 +39,8 @@ class ControlError(ValueError):
 
 def twists_of(command, axes):
     """Return a list of the Twists of ``command`` (n, a), whose columns are ``axes``."""
+    from mrs_simulator.control.twist_message import Twist, make_twist
+
     if axes == UNICYCLE_AXES:
         return [make_twist(v, omega) for v, omega in command.tolist()]
     places = [axis.split(".") for axis in axes if axis in TWIST_AXES]  # arms obey no Twist

@@ -5,7 +5,7 @@ import queue
 import threading
 import weakref
 
-MOST_WAITING = 2  # [-] things that wait until they are done: they take memory
+MOST_WAITING = 6  # [-] things that wait until they are done: they take memory
 
 
 def cores():

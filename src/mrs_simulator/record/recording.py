@@ -32,7 +32,7 @@ from mrs_simulator.state.state_table import StateTable
 
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
 FREE = 4  # [-] times as much room as that file takes is wanted on its disk
-TOGETHER = 4000  # [-] rows of blocks that are written at once
+TOGETHER = 16000  # [-] rows that are written at once: of fewer, handing them over takes its time
 BESIDE = 20000  # [-] rows from which on a thread writes those that follow: fewer take some ms
 LONGEST_CAUSE = 200  # [characters] of an error that is quoted
 FACTS = {  # what ``run.json`` may hold besides collisions

@@ -4,8 +4,7 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept
 
 BEGIN = 8  # [-] pairs of a point for which there is room at first
 
@@ -57,4 +56,4 @@ def squared(position, i, j):
 @functools.lru_cache(maxsize=None)
 def compiled_pairs():
     """Return the compiled ``pairs_in_cells``; ``ValueError`` without numba."""
-    return linked(pairs_in_cells, jit(cache=True))
+    return kept(pairs_in_cells, None)

@@ -8,8 +8,7 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept as kept_kernel
 
 STALE = -1  # returned where robots went so far that pairs are to be listed anew
 APART = -2  # returned where no two bodies can have come together since they were looked at
@@ -211,10 +210,10 @@ def note_all(rows, most, pairs, steps, now, size, forget, fresh, to_pairs, to_st
 @functools.lru_cache(maxsize=None)
 def compiled_push():
     """Return the compiled ``push_all``; ``ValueError`` without numba."""
-    return linked(push_all, jit(cache=True))
+    return kept_kernel(push_all, None)
 
 
 @functools.lru_cache(maxsize=None)
 def compiled_note():
     """Return the compiled ``note_all``; ``ValueError`` without numba."""
-    return linked(note_all, jit(cache=True))
+    return kept_kernel(note_all, None)

@@ -9,6 +9,7 @@ import functools
 
 import numpy as np
 
+from mrs_simulator.core.compiled_terms import kept
 from mrs_simulator.core.compiling import jit
 
 PI, TURN = np.pi, 2.0 * np.pi
@@ -122,4 +123,4 @@ def compiled_carried():
 @functools.lru_cache(maxsize=None)
 def compiled_feel():
     """Return the compiled ``feel_all``; ``ValueError`` without numba."""
-    return jit(cache=True)(feel_all)
+    return kept(feel_all, None)

@@ -1,5 +1,6 @@
 """Flocking: velocities agree, robots keep together and apart."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -90,11 +91,17 @@ def flocking_energy(points, velocities, lattice, leader, c1):
 
 def pair_potential(z, lattice):
     """Return ``psi(z) = integral of phi_alpha from d_a to z``, the shape of ``z``; 0 at d_a, else above."""
+    return np.interp(z, *_potential(lattice))
+
+
+@functools.lru_cache(maxsize=8)
+def _potential(lattice):
+    """Return the sigma-distances of a table of ``psi``, and psi there."""
     table = np.linspace(0.0, sigma_norm(lattice.reach**2), POTENTIAL_STEPS + 1)
     force = pair_force(table, lattice)
     integral = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(table) * (force[1:] + force[:-1]))])
     rest = np.interp(sigma_norm(lattice.distance**2), table, integral)
-    return np.interp(z, table, integral - rest)
+    return table, integral - rest
 
 
 def stiffness(lattice):

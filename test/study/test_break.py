@@ -18,6 +18,7 @@ from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.search import default_space
 from mrs_simulator.study.search.assure_command import main as assure
 from mrs_simulator.study.search.break_command import main as break_
+from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.default_space import default_search
 from mrs_simulator.study.search.margins_command import main as margins
 from mrs_simulator.study.search.space import Space, content_with
@@ -255,6 +256,16 @@ def test_draws_keep_robots_apart_and_within():
     crowded = search_from({"poses": {"within": [0, 0, 1, 1], "apart": 2.0}}, "search")
     with pytest.raises(ScenarioError, match="no room for 3 robots 2 m apart"):
         Space(crowded, 3).draw(random)
+
+
+def test_an_interrupted_search_says_how_far_it_was(path, tmp_path, capsys, monkeypatch):
+    def interrupted(search, runs, seed, optimiser):
+        search.runs += 20
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Search, "find", interrupted)
+    assert run(break_, path, "--out", tmp_path / "out") == 130
+    assert "search: interrupted: none of 21 runs broke a requirement" in capsys.readouterr().err
 
 
 EDITED = {"edges": {"cut": 2, "add": 1}, "dead": 1}

@@ -118,7 +118,12 @@ def break_scenario(arguments):
     optimiser = optimiser_of(arguments.optimiser)
     os.makedirs(arguments.out, exist_ok=True)
     search.nominal()
-    found = search.find(arguments.runs, arguments.seed, optimiser)
+    what = "requirement" if search.content.get("requirements") else "claim"
+    try:
+        found = search.find(arguments.runs, arguments.seed, optimiser)
+    except KeyboardInterrupt:
+        tell("interrupted: none of {} runs broke a {}".format(search.runs, what))
+        raise
     searched = search.runs
     report = {
         "scenario": search.path,
@@ -132,7 +137,6 @@ def break_scenario(arguments):
     if found is None:
         _refuse_all_refused(search.errors, searched - 1)  # one was the scenario itself
         _write(report, arguments.out)
-        what = "requirement" if search.content.get("requirements") else "claim"
         print("not found: none of {} runs breaks a {}. That is no proof.".format(searched, what))
         if search.errors:
             often = max(search.errors, key=search.errors.get)

@@ -5,10 +5,15 @@ import pytest
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.safety import compiled_passing, deadlock_detector, one_call
+from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.braking_certificate import WayOut
 from mrs_simulator.control.twist_message import make_twist
 from mrs_simulator.core import compiling
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.compiled_courses import roll
+from mrs_simulator.vehicles.courses import columns_of, instants_of
 
 
 def start(n, spacing):
@@ -89,6 +94,43 @@ def test_one_call_gives_the_same_bits(name, monkeypatch):
     assert whole == steps
     assert free and (stand > 0) == (name in ("near walls", "held by walls"))
     assert any(held for _, _, held in steps) or name not in ("alike", "of two sizes")
+
+
+def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeypatch):
+    n, period, slowed, near = 6, 0.2, set(), []
+
+    def rolled(*given):
+        # Courses that are not computed again are those that would be.
+        roll(*given)
+        whole = [np.empty_like(each) for each in given[-1]]
+        roll(*given[:-2], np.ones(n, dtype=bool), whole)
+        for kept, new in zip(given[-1][:2], whole):
+            assert kept[near].tobytes() == new[near].tobytes()
+
+    monkeypatch.setattr(compiled_passing, "roll", rolled)
+    team = Team(("pioneer3dx",) * n)
+    limits = team.groups[0].limits
+    limits.acceleration[0] *= 0.1  # slowed down it stands sooner, and all are looked at more finely
+    way_out = WayOut(team, team.reach, period, "kinematic")
+    top, rates = np.ascontiguousarray(limits.top), np.ascontiguousarray(limits.acceleration)
+    times = (period, columns_of(team.axes), *instants_of(period))
+    for seed in range(16):
+        draw = np.random.default_rng(seed)
+        pose = np.column_stack([0.9 * draw.uniform(-1.0, 1.0, (n, 2)), draw.uniform(-3, 3, n)])
+        pose[:, :2] += 0.8 * start(n, 1.2)[0]
+        inner = draw.uniform(-1.0, 1.0, (n, 2)) * top
+        command, speeds = draw.uniform(-1.0, 1.0, (n, 2)) * top, np.abs(inner[:, 0])
+        way_out.note(inner, command, speeds, 0.0)
+        wanted = way_out.certified(command, pose, np.ones(n), 0.0, Surroundings())
+        given, columns = np.ascontiguousarray(pose.T), command.T.copy()
+        robots = speeds, team.speeds[:, 0], period, *way_out.columns[:2]
+        ways = compiled_passing.braking_ways(columns, *robots)
+        pairs = compiled_passing.meeting(given, team.reach, ways)
+        states, near[:] = (inner, top, rates), np.unique(pairs)
+        compiled_passing.let(columns, given, states, team.reach, times, *pairs)
+        assert columns.T.tobytes() == wanted.tobytes(), seed
+        slowed.update(np.round(wanted[:, 0] / command[:, 0], 6).tolist())
+    assert slowed >= {1.0, 0.5, 0.2, 0.0}
 
 
 @pytest.mark.release  # compiling takes long

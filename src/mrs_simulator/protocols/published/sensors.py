@@ -218,13 +218,22 @@ def _nearest(shape, eye):
         middle, radius = shape
         out = eye - middle
         return middle + out * np.minimum(1.0, radius / np.maximum(abs(out), 1e-300))
-    found, inside = np.full(len(eye), np.inf, dtype=complex), np.ones(len(eye), dtype=bool)
-    for a, b in zip(shape, np.roll(shape, -1)):
-        along = ((eye - a) * np.conj(b - a)).real / abs(b - a) ** 2
-        foot = a + np.clip(along, 0.0, 1.0) * (b - a)
-        found = np.where(abs(foot - eye) < abs(found - eye), foot, found)
-        inside &= ((eye - a) * np.conj(b - a)).imag >= 0.0
-    return np.where(inside, eye, found)
+    a, b = _sides(shape)
+    side, from_side = b - a, _from_sides(shape, eye)
+    along = from_side.real / np.hypot(side.real, side.imag) ** 2
+    feet = a + np.clip(along, 0.0, 1.0) * side
+    found = feet[abs(feet - eye).argmin(axis=0), np.arange(len(eye))]
+    return np.where((from_side.imag >= 0.0).all(axis=0), eye, found)
+
+
+def _sides(corners):
+    """Return where the sides between ``corners`` (4,) begin and end, (4, 1)."""
+    return corners[:, np.newaxis], corners[[1, 2, 3, 0], np.newaxis]
+
+
+def _from_sides(corners, eye):
+    """Return points ``eye`` (k,) in the axes of each side, from its begin, times its length, (4, k)."""
+    return np.array([(eye - a) * np.conj(b - a) for a, b in zip(corners, corners[[1, 2, 3, 0]])])
 
 
 def _along(shape, eye, ahead):
@@ -236,15 +245,13 @@ def _along(shape, eye, ahead):
         chord = np.sqrt(np.maximum(radius**2 - to.imag**2, 0.0))
         meets = (abs(to.imag) <= radius) & (to.real + chord >= 0.0)
         return np.where(meets, np.maximum(to.real - chord, 0.0), np.inf)
-    found, inside = np.full(ahead.shape, np.inf), np.ones(ahead.shape, dtype=bool)
-    for a, b in zip(shape, np.roll(shape, -1)):
-        first, last = (a - eye) * np.conj(ahead), (b - eye) * np.conj(ahead)
-        with np.errstate(all="ignore"):
-            far = first.real - first.imag * (last.real - first.real) / (last.imag - first.imag)
-        meets = (first.imag * last.imag <= 0.0) & (first.imag != last.imag) & (far >= 0.0)
-        found = np.where(meets, np.minimum(found, far), found)
-        inside &= ((eye - a) * np.conj(b - a)).imag >= 0.0
-    return np.where(inside, 0.0, found)
+    a, b = _sides(shape)
+    first, last = (a - eye) * np.conj(ahead), (b - eye) * np.conj(ahead)
+    with np.errstate(all="ignore"):
+        far = first.real - first.imag * (last.real - first.real) / (last.imag - first.imag)
+    meets = (first.imag * last.imag <= 0.0) & (first.imag != last.imag) & (far >= 0.0)
+    inside = (_from_sides(shape, eye).imag >= 0.0).all(axis=0)
+    return np.where(inside, 0.0, np.where(meets, far, np.inf).min(axis=0))
 
 
 def _turned(angle):

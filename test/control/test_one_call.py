@@ -130,7 +130,7 @@ def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeyp
         compiled_passing.let(columns, given, states, team.reach, times, *pairs)
         assert columns.T.tobytes() == wanted.tobytes(), seed
         slowed.update(np.round(wanted[:, 0] / command[:, 0], 6).tolist())
-    assert slowed >= {1.0, 0.5, 0.2, 0.0}
+    assert slowed >= {1.0, 0.5, 0.0}
 
 
 @pytest.mark.release  # compiling takes long

@@ -126,8 +126,9 @@ def test_looks_at_a_long_run_leave_little_of_it_in_memory(tmp_path, monkeypatch,
     monkeypatch.setattr(sample_blocks, "release", release)
     kept = recording.Kept(range(1, 1 + FEW), basic_layout(), LONG, directory=str(tmp_path))
     places = 3.0 * np.arange(FEW)[:, np.newaxis] + np.zeros(kept.table.shape[2])
-    for row in range(LONG):
-        kept.put(slice(row, row + 1), places[np.newaxis])
+    some = np.broadcast_to(places, (100, *places.shape))
+    for row in range(0, LONG, len(some)):
+        kept.put(slice(row, row + len(some)), some)
     release()
     run = kept.run(0.1 * np.arange(LONG), None, ([], {}))
     assert run.hand.sum() == LONG * places[:, :2].sum()

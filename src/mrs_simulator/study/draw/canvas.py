@@ -8,19 +8,20 @@ import functools
 import io
 import os
 import threading
+import zlib
 
 import matplotlib
-import numpy as np
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mrs_simulator.core.writing import write_bytes
-from mrs_simulator.study.draw.png import png
 from mrs_simulator.study.draw.style import WIDTHS
 
 # Saved files carry no date, so that the same run gives the same bytes.
 METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+# Drawings repeat pixels: to look for longer repetitions takes twice as long and saves 4 %.
+MANNER = {"png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}}}
 STAMPED = {"png": "Description", "pdf": "Subject", "svg": "Description"}  # what a file carries
 
 WIDTH = WIDTHS["page"]  # [in]
@@ -143,11 +144,7 @@ def print_settled(figure, image, kind, metadata=None):
         figure.dpi = matplotlib.rcParams["savefig.dpi"]
         printing = get_registered_canvas_class(kind)(figure)
         metadata = metadata or METADATA.get(kind)
-        if kind == "png":
-            printing.draw()
-            image.write(png(np.asarray(printing.buffer_rgba()), figure.dpi, metadata))
-        else:
-            getattr(printing, "print_" + kind)(image, metadata=metadata)
+        getattr(printing, "print_" + kind)(image, metadata=metadata, **MANNER.get(kind, {}))
     finally:
         figure.dpi = dpi
         figure.set_canvas(canvas)

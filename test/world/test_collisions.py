@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mrs_simulator.core import compiled_neighbours, neighbours
+from mrs_simulator.core import compiled_neighbours, neighbours, sample_blocks
 from mrs_simulator.core.neighbours import close_pairs, least_distance, least_distance_over
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.vehicles.kind import Body
@@ -138,7 +138,8 @@ def test_the_least_distance_is_that_of_all_pairs(n):
 
 @pytest.mark.parametrize("n, dimension", [(2, 2), (7, 3), (40, 2), (300, 2)])
 @pytest.mark.parametrize("speed", [0.0, 0.01, 1.0, 100.0])
-def test_the_least_distance_over_time_is_the_least_of_all_samples(n, dimension, speed):
+def test_the_least_distance_over_time_is_the_least_of_all_samples(n, dimension, speed, monkeypatch):
+    monkeypatch.setattr(sample_blocks, "AT_ONCE", 300)  # several blocks of samples
     draw = np.random.default_rng(n)
     steps = speed * draw.normal(size=(60, n, dimension))
     track = 10.0 * draw.normal(size=(n, dimension)) + np.cumsum(steps, axis=0)

@@ -5,9 +5,12 @@ import itertools
 
 import numpy as np
 
-from mrs_simulator.core.sample_blocks import AT_ONCE, note_seen
+from mrs_simulator.core.sample_blocks import AT_ONCE, blocks, note_seen
 
 DENSE = 256  # [-] points up to which all pairs are compared
+FEW = (
+    24  # [-] points of a track up to which comparing all pairs takes less time than selecting them
+)
 # [-] of the least distance, by which points may move before pairs are selected again
 MOST_MOVED = 1.0
 
@@ -151,12 +154,18 @@ def least_distance(position):
 def least_distance_over(track):
     """Return the least distance [m] between two of the points at any time, ``track`` (m, n, d).
 
-    As long as no point is farther than ``MOST_MOVED`` of the least distance so far from where it was, only
-    pairs that were close then are compared.
+    Of ``FEW`` points all pairs are compared.  Of more, as long as none is farther than ``MOST_MOVED`` of
+    the least distance so far from where it was, only pairs that were close then are compared.
     """
     if track.shape[1] < 2:
         return np.inf
     least, row, size = least_distance(track[0]), 1, 1
+    if track.shape[1] <= FEW:
+        pairs = all_pairs(track.shape[1])
+        for rows in blocks(len(track), len(pairs[0])):
+            least = min(least, _least_of(track[rows], *pairs))
+            note_seen(track[rows, :, 0].size)
+        return float(least)
     while row < len(track) and least > 0.0:
         part = track[row : row + size]
         moved = _farthest(part, part[0])

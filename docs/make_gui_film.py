@@ -312,7 +312,7 @@ def sweep(film, gui):
     """Sweep gain and delay, with theory's boundary."""
     film.say("Sweep two parameters: the dashed line is where theory says that it breaks")
     scenario = load_scenario(scenario_path("delayed_consensus"))
-    gui.show_scenario(scenario._replace(fidelity="point_mass", duration=30.0))
+    gui.editing.take(scenario._replace(fidelity="point_mass", duration=30.0))
     gui.right.setSizes([SIZE[1] // 2, SIZE[1] // 2])
     film.tab(gui.results_tabs, "Sweep")
     ends = (("gain", "0.2", "1.4"), ("tau", "0.1", "1.2"))

@@ -117,7 +117,7 @@ def world_of_sensors():
 
 def take_world(gui, press, until, picture):
     """Take the pictures of obstacles that are edited, of sensors and of programs."""
-    gui.show_scenario(world_of_sensors())
+    gui.editing.take(world_of_sensors())
     gui.map_panel.modes["obstacles"].click()
     gui.map.editor.select("crate")
     picture("gui_obstacles")
@@ -145,7 +145,7 @@ def take_view(gui, press, until, picture):
     """Take the picture of the 3D view: what lasers and sonars measure among walls."""
     from mrs_simulator import load_scenario
 
-    gui.show_scenario(load_scenario(os.path.join(ROOT, "scenarios", "exploration.yaml")))
+    gui.editing.take(load_scenario(os.path.join(ROOT, "scenarios", "exploration.yaml")))
     gui.shown["sensors"].setChecked(True)
     press("run")
     until(lambda: gui.history.begun is not None)
@@ -198,7 +198,7 @@ def take_sweep(gui, until, picture):
     from mrs_simulator import load_scenario
 
     scenario = load_scenario(os.path.join(ROOT, "scenarios", "delayed_consensus.yaml"))
-    gui.show_scenario(scenario._replace(fidelity="point_mass", duration=30.0))
+    gui.editing.take(scenario._replace(fidelity="point_mass", duration=30.0))
     gui.bring_forward("Sweep")
     sizes = gui.right.sizes()
     gui.right.setSizes([sum(sizes) * share // 5 for share in (2, 3)])
@@ -235,7 +235,7 @@ def square_that_may_touch():
 
 def take_search(gui, until, picture):
     """Take the picture of a counterexample that was found."""
-    gui.show_scenario(square_that_may_touch())
+    gui.editing.take(square_that_may_touch())
     gui.bring_forward("Search")
     sizes = gui.right.sizes()
     gui.right.setSizes([sum(sizes) // 2] * 2)
@@ -308,7 +308,7 @@ def take(options):
             take_search(gui, until, picture)
             take_world(gui, press, until, picture)
             take_view(gui, press, until, picture)
-            gui.show_scenario(scenario_of(options.robots))
+            gui.editing.take(scenario_of(options.robots))
             gui.results_tabs.setCurrentWidget(curves)
             rest(1.5)
         gui.bar.set_speed(5 if options.robots == 7 else 1)

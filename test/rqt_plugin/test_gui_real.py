@@ -58,8 +58,8 @@ def test_real_robots_are_marked_checked_and_started(gui, robots):
         + NOT_SIMULATED
         + """
 key("k")
-assert gui.results_tabs.currentWidget() is gui.preflight and "Checking" in gui.preflight.title()
-until(lambda: gui.preflight.title().startswith("All robots ready"))
+assert gui.results_tabs.currentWidget() is gui.preflight and "Checking" in gui.preflight.title.message
+until(lambda: gui.preflight.title.message.startswith("All robots ready"))
 assert gui.preflight.rows() == [] and not gui.study.is_controlled()
 click("control")
 assert not gui.study.processes.is_running("control")
@@ -81,7 +81,7 @@ def test_a_person_may_judge_a_place(gui, robots):
         + """
 panel = gui.preflight
 click("control")
-until(lambda: panel.title().startswith("Not started"))
+until(lambda: panel.title.message.startswith("Not started"))
 assert [row[:2] for row in panel.rows()] == [["robot3", "stands in place"]]
 assert "0.60 m" in panel.rows()[0][2] and panel.rows()[0][3] == "at most 0.3 m and rad"
 assert panel.start_button.isVisible() and not panel.start_button.isEnabled()
@@ -90,7 +90,7 @@ def judge():
     QTest.mouseClick(panel.start_button, Qt.LeftButton)
 judge()
 until(lambda: gui.study.is_controlled())
-assert panel.title() == "1 finding, 14 checks passed. The controller starts."
+assert panel.title.message == "1 finding, 14 checks passed. The controller starts."
 """
     )
 
@@ -102,7 +102,7 @@ def test_what_is_no_matter_of_judgement_keeps_the_robots_standing(gui, robots, r
         """
 until(lambda: len(gui.connection.snapshot().robots if gui.connection.snapshot() else ()) == 3)
 click("control")
-until(lambda: gui.preflight.title().startswith("Not started"))
+until(lambda: gui.preflight.title.message.startswith("Not started"))
 found = {(row[0], row[1]) for row in gui.preflight.rows()}
 assert {("robot2", "publishes"), ("team", "predicted paths")} <= found, found
 assert not gui.preflight.start_button.isVisible()
@@ -121,7 +121,7 @@ QTest.keyClick(gui, Qt.Key_F8)
 until(lambda: gui.connection.newest("emergency") is not None)
 QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
 until(lambda: not gui.study.preflight.running)
-assert gui.preflight.title().startswith("All robots ready")
+assert gui.preflight.title.message.startswith("All robots ready")
 assert not gui.study.processes.is_running("control")
 click("control")
 assert gui.study.preflight.starting and gui.bar.button("stop").isEnabled()
@@ -166,7 +166,7 @@ until(lambda: "but real robots run at 1" in gui.status["time"].text())
 until(lambda: "robot2" in gui.bar.button("reset").toolTip() and gui.map.team.real == {2})
 assert gui.bar.button("reset").isEnabled()
 click("control")
-until(lambda: gui.preflight.title().startswith("Not started"))
+until(lambda: gui.preflight.title.message.startswith("Not started"))
 assert ["team", "speed", "2", "1, as real robots go"] in gui.preflight.rows()
 assert not gui.preflight.start_button.isVisible()
 gui.bar.speed_chosen.emit(5.0)
@@ -198,7 +198,7 @@ def test_a_controller_for_another_law_is_said(gui, robots, ros):
         + """
 until(lambda: gui.connection.is_fresh("control"))
 click("control")
-until(lambda: gui.preflight.title().startswith("Not started"))
+until(lambda: gui.preflight.title.message.startswith("Not started"))
 assert ["team", "controller", "runs Consensus", "Formation"] in gui.preflight.rows()
 assert not gui.study.is_controlled()
 """
@@ -220,7 +220,7 @@ until(lambda: gui.status["robots"].text().endswith("4 real"))
 until(lambda: gui.connection.is_fresh("control"))
 assert abs(gui.connection.snapshot().pose - gui.scenario.poses).max() < 1e-6
 click("control")
-until(lambda: gui.preflight.title().startswith("Not started"))
+until(lambda: gui.preflight.title.message.startswith("Not started"))
 # As the controller, the check received all robots on their own topics and knew the fence.
 assert {row[1] for row in gui.preflight.rows()} >= {"geofence"}, gui.preflight.rows()
 assert not any("publishes" in row[1] for row in gui.preflight.rows())
@@ -241,7 +241,7 @@ def test_once_the_simulation_is_gone_the_real_robots_alone_are_shown(gui, ros):
         """
 until(lambda: gui.status["robots"].text().endswith("3 simulated, 1 real"))
 click("control")
-until(lambda: gui.preflight.title().startswith(("All robots", "Not started")))
+until(lambda: gui.preflight.title.message.startswith(("All robots", "Not started")))
 until(lambda: gui.study.is_controlled())
 until(lambda: gui.map.targets is not None)
 os.kill(int(sys.argv[2]), 9)

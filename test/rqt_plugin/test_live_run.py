@@ -238,7 +238,7 @@ def test_the_graph_of_an_opened_scenario_is_shown_once_the_controller_before_has
         trouble="", running=True, stopped=(), warnings=(), targets=np.empty((0, 2)),
         edges=tuple(before.edges), directed=before.directed, command=np.zeros((n, 2)),
     )  # fmt: skip
-    study.show_scenario(study.scenario._replace(topology=Topology(n, chain)))
+    study.editing.take(study.scenario._replace(topology=Topology(n, chain)))
     study.connection.newest.side_effect = lambda name: status if name == "control" else None
     for is_there, wanted in ((True, before.edges), (False, chain)):
         study.connection.is_fresh.side_effect = lambda name, there=is_there: (

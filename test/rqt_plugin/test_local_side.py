@@ -210,7 +210,7 @@ def test_the_verdict_on_robots_that_stood_is_marked_once_their_graph_is_edited(t
     assert gui.verdict.verdict and not gui.past.remark
     gui.topology.add_edge(1, 2)
     until(lambda: gui.past.remark)
-    print(gui.verdict.title())
+    print(gui.verdict.title.message)
     """
     scenario = load_scenario(os.path.join(ROOT, "scenarios", "consensus.yaml"))
     scenario = scenario._replace(duration=2.0, topology=Topology(scenario.n, []))

@@ -531,7 +531,7 @@ def test_a_collision_flashes_and_fades(view, monkeypatch):
     now = [100.0]
     monkeypatch.setattr("mrs_simulator.rqt_plugin.map.flashes.time.monotonic", lambda: now[0])
     before = drawn(view)
-    view.flash_collision(2.0, 1.5)
+    view.flashes.add(2.0, 1.5)
     assert (drawn(view) != before).any() and view.flashes.is_active
     now[0] += 2.01
     view.flashes.fade()
@@ -846,7 +846,7 @@ def test_rings_of_collisions_do_not_bury_many_robots(view):
     def inked(n):
         view.show_team(team(n))
         before = drawn(view)
-        view.flash_collision(*team(n)[n // 2, :2])
+        view.flashes.add(*team(n)[n // 2, :2])
         return (drawn(view) != before).reshape(-1, 4).any(axis=1).sum()
 
     assert inked(200) < 0.35 * inked(9)

@@ -216,7 +216,7 @@ def test_what_a_run_left_does_not_stay_beside_another_team(make_study):
     study.history.clear = lambda: cleared.append(True)
     study.team.set_pose(1, -2.0, 0.0, 0.0)
     study.team.team_changed.emit()
-    assert study.verdict.verdict is None and "No verdict yet" in study.verdict.title()
+    assert study.verdict.verdict is None and "No verdict yet" in study.verdict.title.message
     assert cleared and study.connection.forget.call_args_list[-1][0] == ("state",)
 
 

@@ -128,7 +128,7 @@ def test_an_obstacle_is_moved_resized_and_turned_by_its_marks(study):
 
 def test_one_that_moves_keeps_its_track(study):
     track = {"to": [[5.0, 3.0]], "speed": 0.5}
-    study.show_scenario(scenario_from_dict({"poses": POSES, "obstacles": [dict(BOX, track=track)]}))
+    study.editing.take(scenario_from_dict({"poses": POSES, "obstacles": [dict(BOX, track=track)]}))
     drag(study, (0.2, 3.0), (0.2, 4.0))
     crate = named(study)["crate"]
     assert crate[1:3] == (0.0, 4.0) and crate.track.to == ((5.0, 3.0),)
@@ -166,7 +166,7 @@ def test_walls_of_a_map_are_not_edited(app, study, tmp_path):
     (tmp_path / "walls.map").write_text(
         "2D-Map\nNumLines: 1\nLINES\n-2000 2000 2000 2000\n", encoding="utf-8"
     )
-    study.show_scenario(
+    study.editing.take(
         scenario_from_dict({"poses": POSES, "map": {"file": str(tmp_path / "walls.map")}})
     )
     assert study.map.editor.at((0.0, 2.0), 0.1) is None and len(study.map.obstacles) == 1
@@ -232,7 +232,7 @@ def test_undo_and_redo_go_back_and_forth_and_end_with_another_scenario(study):
     study.map.editor.select("shore")
     study.map.editor.delete()  # another edit: what was taken back is gone
     assert not fields.buttons["redo"].isEnabled()
-    study.show_scenario(study.scenario)
+    study.editing.take(study.scenario)
     assert not fields.buttons["undo"].isEnabled()
 
 

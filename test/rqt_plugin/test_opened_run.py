@@ -99,7 +99,7 @@ def test_a_click_shows_a_run_at_any_moment_and_another_button_the_window_s_own(s
     run = read_run_csv(os.path.join(path, "run.csv"))
     np.testing.assert_allclose(study.map.team.pose, run.pose[-1])
     assert study.time_line.label.text() == "end: 12.0 s"
-    assert "not judged" in study.verdict.title() and study.map.trails.begun >= 2
+    assert "not judged" in study.verdict.title.message and study.map.trails.begun >= 2
     until(study, lambda: study.map.targets is not None)
     ended = study.map.targets.copy()
     QTest.keyClick(study.time_line.slider, Qt.Key_Home)
@@ -209,7 +209,7 @@ def test_a_verdict_on_the_own_run_waits_while_another_run_is_shown(study, runs):
     frame(study)
     assert study.verdict.verdict is study.opened.run.verdict
     QTest.mouseClick(study.time_line.newest, Qt.LeftButton)
-    assert study.verdict.title().startswith("own: FAILED")
+    assert study.verdict.title.message.startswith("own: FAILED")
     shutil.rmtree(str(verdict.parent))
 
 

@@ -91,7 +91,7 @@ def test_a_scenario_saved_elsewhere_finds_the_law_beside_the_first(gui, tmp_path
     gui.save_scenario(saved)
     kept = gui.save_settings()
     for again in (lambda: gui.load(saved), lambda: gui.restore_settings(kept)):
-        gui.show_scenario(load_scenario(scenario_path("paper_four")))
+        gui.editing.take(load_scenario(scenario_path("paper_four")))
         again()
         assert gui.study.edited.derived.protocol == "Law"
     gui.save_scenario(str(tmp_path / "nowhere" / "saved.yaml"))

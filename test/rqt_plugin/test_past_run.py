@@ -78,7 +78,7 @@ def is_marked(study):
     study.status_line.show()
     tabs = study.results_tabs
     found = {
-        REMARK in study.verdict.title().lower(),
+        REMARK in study.verdict.title.message.lower(),
         "last run" in tabs.tabText(tabs.indexOf(study.verdict)),
         REMARK in [text.get_text() for text in study.curves.plot.axes.texts],
         REMARK in study.status["time"].text(),
@@ -95,10 +95,12 @@ def test_a_run_that_is_over_is_marked_once_the_scenario_is_edited_and_not_by_its
     study.protocol.parameters_changed.emit({"gain": 0.6})
     tick(study)
     assert is_marked(study)
-    assert study.verdict.title() == "Last run, before your edits: Five robots: passed (1 passed)"
+    assert (
+        study.verdict.title.message == "Last run, before your edits: Five robots: passed (1 passed)"
+    )
     study.bar.undo_asked.emit()
     tick(study)
-    assert not is_marked(study) and study.verdict.title() == "Five robots: passed (1 passed)"
+    assert not is_marked(study) and study.verdict.title.message == "Five robots: passed (1 passed)"
 
 
 def test_edits_of_a_run_that_goes_on_are_of_that_run(study):
@@ -114,7 +116,7 @@ def test_a_reset_puts_verdict_and_curves_away(study):
     study.protocol.parameters_changed.emit({"gain": 0.6})
     tick(study)
     tick(study, [None])
-    assert study.verdict.verdict is None and "No verdict" in study.verdict.title()
+    assert study.verdict.verdict is None and "No verdict" in study.verdict.title.message
     tabs = study.results_tabs
     assert tabs.tabText(tabs.indexOf(study.verdict)) == "Verdict"
     assert not is_marked(study) and not study.curves.plot.axes.lines

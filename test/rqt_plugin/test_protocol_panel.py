@@ -358,7 +358,7 @@ def test_the_safety_filter_is_switched_on_and_off_and_undone():
         assert widget.study.scenario.control.safety is False and not box.isChecked()
         widget.bar.undo_asked.emit()
         assert widget.study.scenario.control.safety == arena and box.isChecked()
-        widget.show_scenario(shipped("paper_four"))
+        widget.editing.take(shipped("paper_four"))
         assert not box.isChecked()
         QTest.mouseClick(box, Qt.LeftButton, Qt.NoModifier, QPoint(8, box.height() // 2))
         assert widget.study.scenario.control.safety.obstacles and box.isChecked()

@@ -84,7 +84,7 @@ def test_requirements_are_rows_behind_the_checks(verdict):
     assert (row["about"], row["result"], row["measured"]) == ("requirement", "passed", "0.5")
     assert "by robot1 and robot2 at 1.00 s" in row["remark"]
     assert verdict.row("slow")["result"] == "FAILED"
-    assert "4 passed" not in verdict.title() and "3 passed, 2 failed" in verdict.title()
+    assert "4 passed" not in verdict.title.message and "3 passed, 2 failed" in verdict.title.message
 
 
 def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict):
@@ -97,7 +97,7 @@ def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict)
     ]
     verdict.set_standings(rows, 12.3, 25.0)
     said = "2 on course, 1 failing, 1 not yet decidable"
-    assert verdict.title() == "Running, 12.3 of 25 s: " + said
+    assert verdict.title.message == "Running, 12.3 of 25 s: " + said
     assert verdict.verdict is None and headlines == ["1 failing"]
     row = verdict.row("rate [1/s]")
     assert (row["result"], row["margin"]) == ("on course", "0.15")
@@ -108,7 +108,7 @@ def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict)
 
 
 def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
-    assert verdict.title() == "Four robots: FAILED (2 passed, 1 failed, 1 not judged)"
+    assert verdict.title.message == "Four robots: FAILED (2 passed, 1 failed, 1 not judged)"
     gap, speed, rate = map(verdict.row, ("gap [m]", "speed [m/s]", "rate [1/s]"))
     assert (gap["predicted"], gap["measured"], gap["difference"]) == ("2", "2.05", "0.05")
     assert [row["result"] for row in (gap, speed, rate)] == ["passed", "FAILED", "not judged"]
@@ -157,9 +157,9 @@ def test_the_table_uses_the_width_that_there_is(verdict):
 
 def test_robots_that_are_ready(panel):
     panel.set_running(False)
-    assert panel.title().startswith("Checking the robots")
+    assert panel.title.message.startswith("Checking the robots")
     panel.set_findings([], 12, "", False)
-    assert panel.title() == "All robots ready: 12 checks passed."
+    assert panel.title.message == "All robots ready: 12 checks passed."
     assert panel.rows() == [] and not panel.start_button.isVisible()
 
 
@@ -177,7 +177,7 @@ def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
     panel.set_findings([PLACE], 11, "refused", True)
     assert panel.start_button.isVisible() and not panel.start_button.isEnabled()
     panel.set_findings([PLACE, SILENT], 10, "refused", False)
-    assert not panel.start_button.isVisible() and "Not started: 2 findings" in panel.title()
+    assert not panel.start_button.isVisible() and "Not started: 2 findings" in panel.title.message
     QTest.mouseClick(panel.copy, Qt.LeftButton)
     assert QApplication.clipboard().text().count("\n") == 2
 

@@ -249,7 +249,7 @@ def test_the_dialog_for_scenarios_offers_those_that_ship(app, study):
 def test_another_scenario_is_brought_into_view_without_what_was_before(app, study):
     shown(app, study, 1022, 700)
     study.map.show_targets(np.array([[-300.0, 0.0], [300.0, 0.0]]))
-    study.show_scenario(scenario_from_dict({"poses": [[0, k, 0] for k in range(4)]}))
+    study.editing.take(scenario_from_dict({"poses": [[0, k, 0] for k in range(4)]}))
     low, high = study.map.frame.bounds()
     assert (high - low).max() < 30.0
 
@@ -303,7 +303,7 @@ def settings_field(study, tab, name):
     [(1, "k", "0.3"), (1, "seed", "5"), (0, lambda study: study.team.number, "3")],
 )
 def test_escape_gives_up_what_is_being_typed_and_stops_nothing(study, tab, name, typed):
-    study.show_scenario(scenario_from_dict(FLOCK if name == "seed" else {"poses": POSES}))
+    study.editing.take(scenario_from_dict(FLOCK if name == "seed" else {"poses": POSES}))
     widget = settings_field(active(study, 1366, 768), tab, name)
     before = widget.text()
     QTest.keyClicks(widget, typed)
@@ -625,7 +625,7 @@ def test_a_refused_duration_is_said_and_nothing_starts(app, study, text, why):
 def test_a_duration_is_shown_as_it_is_in_force_but_while_it_is_typed(app, study):
     active(study, 1022, 700)
     for duration, text in ((60.0, "60 s"), (7.5, "7.5 s"), (123.4567, "123.4567 s")):
-        study.show_scenario(study.scenario._replace(duration=duration))
+        study.editing.take(study.scenario._replace(duration=duration))
         study.status_line.show_possible()
         field = study.bar.duration
         assert field.text() == text

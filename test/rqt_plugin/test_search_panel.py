@@ -208,11 +208,11 @@ def test_bad_input_is_told_beside_its_field_and_nothing_starts(study):
 def test_what_was_typed_stays_when_another_scenario_is_opened(study):
     panel = study.search
     open_tab(study)
-    study.show_scenario(scenario())
+    study.editing.take(scenario())
     follow(study)
     assert panel.vary.toPlainText() == suggested(scenario())
     panel.vary.setPlainText("control.rate: [5, 10]")
-    study.show_scenario(scenario(SEARCHED))
+    study.editing.take(scenario(SEARCHED))
     follow(study)
     assert panel.vary.toPlainText() == "control.rate: [5, 10]"
 

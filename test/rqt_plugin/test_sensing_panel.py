@@ -138,7 +138,7 @@ def test_nothing_is_listened_to_until_somebody_looks(study):
 
 
 def test_of_a_large_team_the_map_shows_the_robot_chosen_alone(study):
-    study.show_scenario(team_of(MOST_ROBOTS + 1))
+    study.editing.take(team_of(MOST_ROBOTS + 1))
     study.shown["sensors"].setChecked(True)
     study.sensing.show()
     assert study.watched == set()
@@ -495,7 +495,7 @@ def test_flight_states_and_incidents_of_the_robot_are_shown(study):
 
 
 def test_only_the_depth_that_is_wanted_is_listened_to(study):
-    study.show_scenario(scenario_from_dict(
+    study.editing.take(scenario_from_dict(
         {"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": {"type": "camera"}}}]}
     ))  # fmt: skip
     study.results_tabs.setCurrentWidget(study.sensors)
@@ -511,7 +511,7 @@ def test_the_panel_says_why_it_is_empty(study):
     study.results_tabs.setCurrentWidget(study.sensors)
     study.sensing.show()
     assert "Choose a robot" in study.sensors.note.text()
-    study.show_scenario(
+    study.editing.take(
         scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": {"sonar": None}}]})
     )
     study.selection.choose(1)

@@ -90,7 +90,7 @@ def test_run_begins_nothing_where_robots_overlap_and_shows_them(study):
 
 
 def test_point_masses_may_begin_in_one_place(study):
-    study.show_scenario(study.scenario._replace(fidelity="point_mass"))
+    study.editing.take(study.scenario._replace(fidelity="point_mass"))
     cell(study, 1, 1, str(study.scenario.poses[1, 0]), enter=True)
     cell(study, 1, 2, str(study.scenario.poses[1, 1]))
     study.bar.asked.emit("run")

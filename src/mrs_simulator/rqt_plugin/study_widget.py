@@ -100,7 +100,7 @@ class StudyWidget(StudyPanels):
         self.bar.emergency.connect(self._on_emergency)
         self.preflight.start_asked.connect(self._on_start_anyway)
         self.hide_absent(connection.absent)
-        self.show_scenario(scenario)
+        self.editing.take(scenario)
         self.files.saved_text = self.files.text()
         self.start = Start(self, self.files, self.shelf_control)
         self.edits = UnsavedEdits(autosave, self, self.study, self.files, self._restored)
@@ -116,10 +116,6 @@ class StudyWidget(StudyPanels):
     def scenario(self) -> Scenario:
         """Return the scenario as edited so far."""
         return self.study.scenario
-
-    def show_scenario(self, scenario):
-        """Open ``scenario``; where its protocol raises an exception, the old scenario stays."""
-        self.editing.take(scenario)
 
     def _restored(self, scenario):
         """Open edits recovered after a crash."""
@@ -302,7 +298,7 @@ class StudyWidget(StudyPanels):
         """Restore what ``save_settings`` returned; invalid parts are left out."""
         try:
             if settings.get("scenario"):
-                self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
+                self.editing.take(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
         except Exception as error:  # its protocol may raise anything
             self.say(ErrorMessage("the last scenario was not restored: {}".format(reason(error))))
         restore_layout(self, settings)

@@ -42,12 +42,8 @@ class LocalConnection(Received, Connection):
         self._directory = tempfile.mkdtemp(prefix="mrs_simulator_link_")  # its user's alone
         windows = os.name == "nt"
         self._listener = Listener(None if windows else os.path.join(self._directory, "engine"))
+        self.address = self._listener.address  # where the engine is to connect
         threading.Thread(target=self._receive, daemon=True).start()
-
-    @property
-    def address(self):
-        """Return where the engine is to connect."""
-        return self._listener.address
 
     def _receive(self):
         """Take what engines send, one after the other."""

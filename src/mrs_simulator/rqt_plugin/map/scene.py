@@ -290,10 +290,6 @@ class MapScene(QWidget):
         """Show what an edit under way makes of an obstacle."""
         self.update()
 
-    def flash_collision(self, x, y):
-        """Show for two seconds that there was a collision at (x, y) [m]."""
-        self.flashes.add(x, y)
-
     def clear_trails(self):
         """Forget where the robots have been; new trails begin with the next snapshot."""
         self._forget_trails()

@@ -29,6 +29,8 @@ class RosConnection(Inbox, Connection):
         self._calls, self._robots = ServiceCalls(), RobotsConnection()
         self._sensors, self._diagnostics = SensorsConnection(), DiagnosticsConnection()
         self._emergency = StopTopic()
+        self.diagnostics = self._diagnostics.parts
+        self.odometry_topics, self.first_stamp = self._robots.topics, self._robots.first_stamp
         others = self._robots, self._sensors, self._diagnostics, self._emergency
         self._master = MasterWatch(self, *others)
         self._master.start()
@@ -42,15 +44,6 @@ class RosConnection(Inbox, Connection):
         return self._master.registered
 
     # What was received ---------------------------------------------------------------------------
-
-    def diagnostics(self):
-        return self._diagnostics.parts()
-
-    def odometry_topics(self):
-        return self._robots.topics()
-
-    def first_stamp(self):
-        return self._robots.first_stamp()
 
     def take_results(self):
         return self._calls.take_results()

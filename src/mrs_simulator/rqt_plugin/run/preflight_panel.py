@@ -30,16 +30,16 @@ class PreflightPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._title = MessageLabel("aside")
+        self.title = MessageLabel("aside")
         self.table = ResultsTable(HEADERS, widest=FOUND)
         self.copy = QPushButton("Copy", clicked=self.table.copy)
         self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
         self.judged = QCheckBox(JUDGE)
         self.start_button = QPushButton("Start anyway", toolTip=START_TIP, clicked=self._on_start)
         self.judged.toggled.connect(self.start_button.setEnabled)
-        first, last = row_of((self._title, 1), self.copy), row_of(self.judged, self.start_button, 1)
+        first, last = row_of((self.title, 1), self.copy), row_of(self.judged, self.start_button, 1)
         column_of(first, (self.table, 1), last, owner=self, margins=4)
-        self._title.say(BEFORE)
+        self.title.say(BEFORE)
         self._offer(False)
 
     def _on_start(self, *_):
@@ -56,7 +56,7 @@ class PreflightPanel(QWidget):
     def set_running(self, starting):
         """Show that a check is under way; ``starting``: the controller starts after it."""
         after = ", the controller starts if they are ready" if starting else ""
-        self._title.say("Checking the robots{} ...".format(after), "aside")
+        self.title.say("Checking the robots{} ...".format(after), "aside")
         self.table.set_rows([])
         self.copy.setEnabled(False)
         self._offer(False)
@@ -71,12 +71,8 @@ class PreflightPanel(QWidget):
         self.table.set_rows(rows, tints=[(row, 1, "error") for row in range(len(rows))])
         self.copy.setEnabled(bool(rows))
         text = _title(len(findings), passed, outcome, may_judge)
-        self._title.say(text, "error" if findings else "good")
+        self.title.say(text, "error" if findings else "good")
         self._offer(may_judge)
-
-    def title(self):
-        """Return the line above the table."""
-        return self._title.message
 
     def rows(self):
         """Return the table's rows of texts."""

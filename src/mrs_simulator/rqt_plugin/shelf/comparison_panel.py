@@ -28,10 +28,10 @@ class ComparisonPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._title, self._copy = MessageLabel("aside"), QPushButton("Copy", clicked=self._on_copy)
+        self.title, self._copy = MessageLabel("aside"), QPushButton("Copy", clicked=self._on_copy)
         self._copy.setToolTip("Copy both tables for a spreadsheet")
         self._tables, self.parameters, self.claims = QSplitter(Qt.Horizontal), None, None
-        whole = page_of(row_of((self._title, 1), self._copy), (self._tables, 1))
+        whole = page_of(row_of((self.title, 1), self._copy), (self._tables, 1))
         self._tables.setMinimumHeight(LEAST * self.fontMetrics().height())
         column_of(scrolled(whole), owner=self, margins=0)
         self.compare([])
@@ -46,11 +46,11 @@ class ComparisonPanel(QWidget):
         self._copy.setVisible(len(runs) > 1)
         self._tables.setVisible(len(runs) > 1)
         if len(runs) < 2:
-            self._title.say(BEFORE, "aside")
+            self.title.say(BEFORE, "aside")
             return
         rows = parameter_rows(runs)
         names = " | ".join(run.name for run in runs)
-        self._title.say(names if rows else "{}. {}".format(names, SAME), "aside")
+        self.title.say(names if rows else "{}. {}".format(names, SAME), "aside")
         self._show_parameters(runs, rows)
         self._show_claims(runs)
         self._tables.setSizes([100, 300])
@@ -79,10 +79,6 @@ class ComparisonPanel(QWidget):
                 tints.append((row, 3 * place + 3, kind))
             rows.append(cells)
         self.claims.set_rows(rows, tints=tints)
-
-    def title(self):
-        """Return the line above the tables."""
-        return self._title.message
 
     def _on_copy(self, *_):
         tables = self.parameters, self.claims

@@ -59,13 +59,13 @@ class VerdictPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.verdict = None  # as in verdict.json, None before the first
-        self._title, self.more = MessageLabel("aside"), MessageLabel("aside")
+        self.title, self.more = MessageLabel("aside"), MessageLabel("aside")
         self.table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
         self.copy = QPushButton("Copy", clicked=self.table.copy, enabled=False)
         self.copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
-        whole = page_of(row_of((self._title, 1), self.copy), (self.table, 1), self.more)
+        whole = page_of(row_of((self.title, 1), self.copy), (self.table, 1), self.more)
         column_of(scrolled(whole), owner=self, margins=0)
-        self._title.say(BEFORE)
+        self.title.say(BEFORE)
         self._checks = []  # of the rows
         self._remark, self._said, self._headline = "", (BEFORE, "aside"), ""
         for chosen in (self.table.cellClicked, self.table.cellActivated):
@@ -100,7 +100,7 @@ class VerdictPanel(QWidget):
         self._said = title, kind
         marked = self._remark if self.verdict is not None else ""
         text = "{}: {}".format(marked[0].upper() + marked[1:], title) if marked else title
-        self._title.say(text, "aside" if marked else kind)
+        self.title.say(text, "aside" if marked else kind)
 
     def _head(self, outcome):
         self._headline = outcome
@@ -148,15 +148,6 @@ class VerdictPanel(QWidget):
         self.table.set_rows([])
         self.more.say("")
         self.copy.setEnabled(False)
-
-    def title(self):
-        """Return the line above the table."""
-        return self._title.message
-
-    def click(self, claim):
-        """Choose the row of ``claim``, as a click does."""
-        names = [check["name"] for check in self._checks]
-        self._on_row(names.index(claim), CLAIM)
 
     def row(self, claim):
         """Return the texts of the row of ``claim``, by column."""

@@ -57,7 +57,7 @@ class LiveRun:
         for collision in self._connection.take("collisions"):
             self._history.collisions.append(collision)
             if not self.is_held:
-                self._panels.map.flash_collision(collision.x, collision.y)
+                self._panels.map.flashes.add(collision.x, collision.y)
         for incident in self._connection.take("incidents"):
             self._history.incidents.append(incident)
             self._panels.say(self._incidents.text(incident))

@@ -253,7 +253,7 @@ def test_the_watch_of_the_master_starts_and_ends_without_one(monkeypatch):
     monkeypatch.setattr(master_module.rosgraph, "is_master_online", lambda: False)
     robots, sensors, diagnostics = RobotsConnection(), SensorsConnection(), DiagnosticsConnection()
     watch = MasterWatch(Inbox(), robots, sensors, diagnostics, StopTopic())
-    watch.start()
+    watch.thread.start()
     watch.end()
     watch.thread.join(20.0)
     assert not watch.thread.is_alive() and not watch.online

@@ -25,6 +25,8 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 
 # of the topology: receiver, sender and weight of each arc, (m,) each
 ARCS = ("first", "second", "weight")
+# What goes on between a law and the robots.
+LOOP = ("commands", "wanted_commands", "saturated", "calculateControlLaw", "neighbourLaw")
 
 
 def array_law(function):
@@ -90,13 +92,7 @@ def has_form(control):
 def is_bare(control):
     """Return whether ``pointMassLaw`` and limits alone decide on the commands of ``control``."""
     own = type(control)
-    replaced = (
-        own.commands is not PioneerControl.commands
-        or own.wanted_commands is not PioneerControl.wanted_commands
-        or own.saturated is not PioneerControl.saturated
-        or own.calculateControlLaw is not PioneerControl.calculateControlLaw
-        or own.neighbourLaw is not PioneerControl.neighbourLaw
-    )
+    replaced = any(getattr(own, name) is not getattr(PioneerControl, name) for name in LOOP)
     acts = control.runner.network or control.safety_filter.acts
     return not (replaced or acts or control.SENSORS or control.deadband)
 

@@ -43,6 +43,7 @@ class Inbox:
         self._batches = []  # rows (m,) and commands (m, 6) of several robots, the newest last
         self._arms = {}  # rates of arms by row
         self.answers, self.receiver = Answers(), SharedReceiver()
+        self.doubled = self._senders.doubled  # the topics of commands with several nodes
 
     def put(self, twist, row):
         """Keep ``twist``, a ``QuickTwist``, as the newest command of robot ``row``."""
@@ -50,10 +51,6 @@ class Inbox:
         self.answers.note(row, twist.values, time.monotonic())
         with self._lock:
             self._commands[row] = twist.values
-
-    def doubled(self):
-        """Return ``{topic: [nodes]}`` of the commands that several nodes publish."""
-        return self._senders.doubled()
 
     def put_all(self, rows, commands, stamps, message=None, arms=()):
         """Keep ``commands`` (m, 6) of the robots ``rows``, which came in ``message``.
@@ -154,6 +151,7 @@ class TruePose:
     def __init__(self, name, frame):
         """``name`` of the topic; ``frame``: the common one."""
         self._publisher = rospy.Publisher(name, PoseStamped, queue_size=1, tcp_nodelay=True)
+        self.close = self._publisher.unregister
         self._message = PoseStamped()
         self._message.header.frame_id = frame
 
@@ -163,10 +161,6 @@ class TruePose:
         message.header.stamp = stamp
         fill(where.position, where.orientation, pose, lift)
         self._publisher.publish(message)
-
-    def close(self):
-        """Withdraw the topic."""
-        self._publisher.unregister()
 
 
 class TeamTopics(Link):

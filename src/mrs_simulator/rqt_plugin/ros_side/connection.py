@@ -33,7 +33,7 @@ class RosConnection(Inbox, Connection):
         self.odometry_topics, self.first_stamp = self._robots.topics, self._robots.first_stamp
         others = self._robots, self._sensors, self._diagnostics, self._emergency
         self._master = MasterWatch(self, *others)
-        self._master.start()
+        self._master.thread.start()
 
     @property
     def master_online(self):

@@ -50,10 +50,6 @@ class MasterWatch:
         self.subscribers = {}  # made once there is a master
         self.thread = threading.Thread(target=self._run, daemon=True)
 
-    def start(self):
-        """Start the thread."""
-        self.thread.start()
-
     def end(self):
         """Ask the thread to unregister everything, and to end."""
         self._ended.set()

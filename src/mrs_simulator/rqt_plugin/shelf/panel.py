@@ -117,10 +117,6 @@ class ShelfPanel(QWidget):
             action = menu.addAction("Watch no longer: {}".format(folder))
             action.triggered.connect(guarded(lambda *_, f=folder: self.unwatch_asked.emit(f)))
 
-    def offer_undo(self, offered):
-        """Offer to bring back the run that was deleted last, or no longer."""
-        self.undo.setVisible(offered)
-
     def _list(self):
         words = self._filter.text().lower().split()
         self.list.take([each for each in self._entries if _matches(each, words)])

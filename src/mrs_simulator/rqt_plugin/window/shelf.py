@@ -135,14 +135,14 @@ class ShelfControl:
         deleted = self._do(self._shelf.delete, path)
         if deleted is not None:
             self._deleted.append(deleted)
-            self._panels.shelf.offer_undo(True)
+            self._panels.shelf.undo.setVisible(True)
             kept = "" if deleted[1] else "; its files stay"
             self._panels.say("{} is off the list{}".format(os.path.basename(path), kept))
 
     def _on_undo(self):
         if self._deleted and self._do(self._shelf.restore, self._deleted[-1]) is not None:
             self._deleted.pop()
-        self._panels.shelf.offer_undo(bool(self._deleted))
+        self._panels.shelf.undo.setVisible(bool(self._deleted))
 
     def _on_dropped(self, paths):
         for path in paths:

@@ -54,3 +54,8 @@ def test_a_campaign_goes_on_where_it_was_and_counts_each_start_once(tmp_path, mo
     rows[0]["failed"] = {RATE: "false"}
     path.write_text("".join(json.dumps(each) + "\n" for each in rows))
     assert hypotheses.main() == 1
+
+
+def test_a_rate_is_measured_where_others_no_longer_feed_a_mode_that_a_start_nearly_lacks():
+    found = hypotheses.run(("distance_formation", 1112))
+    assert (found["failed"], found["outside"], found["judged"]) == ({}, [], 4)

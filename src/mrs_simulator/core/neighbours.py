@@ -8,9 +8,8 @@ import numpy as np
 from mrs_simulator.core.sample_blocks import AT_ONCE, blocks, note_seen
 
 DENSE = 256  # [-] points up to which all pairs are compared
-FEW = (
-    24  # [-] points of a track up to which comparing all pairs takes less time than selecting them
-)
+# [-] points of a track, all pairs of which are compared sooner than those that are near are found
+FEW = 24
 # [-] of the least distance, by which points may move before pairs are selected again
 MOST_MOVED = 1.0
 

@@ -8,6 +8,7 @@ from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     NEGLIGIBLE,
+    RATE_FLOOR,
     Claim,
     Condition,
     by_sample,
@@ -43,6 +44,7 @@ RIGID = 1e-6  # [-] of the largest eigenvalue, below which a mode leaves lengths
 LINEAR = 1e-2
 AT_REST = 1e-3  # [-] of the edges' terms, of which less is left where they cancel
 MOST_BEFORE = 100  # [-] commands until the potential may have fallen far enough
+TURNED = 2.0  # [-] of a mode's size, by which it grows again only where others feed it
 ALIKE = 1e-6  # [-] by which eigenvalues of one mode may differ
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
@@ -342,9 +344,24 @@ class DistanceFormation(Shaped):
         linear = np.flatnonzero(whole <= LINEAR * excesses(np.zeros_like(run.hand[:1]))[0])
         if not len(linear):
             return None
-        measured = decay_rate(run.time[linear[0] :], slow[linear[0] :])
+        begin = linear[0]
+        if self.fidelity == "point_mass":
+            begin += _last_turn(slow[begin:])
+        measured = decay_rate(run.time[begin:], slow[begin:])
         near = linear_theorem(matrix)
         return measured / near.held_rate(self.period) if measured and near.rate else None
+
+
+def _last_turn(values):
+    """Return from which row on ``values`` (m,) fall that passed near zero before, 0 where none did.
+
+    A mode that a start nearly lacks is what products of the others make of it at first, of either sign.
+    """
+    low = np.flatnonzero(values <= RATE_FLOOR * values[0])
+    values = values[: low[0] if len(low) else None]
+    later = np.maximum.accumulate(values[::-1])[::-1]
+    dips = np.flatnonzero(later > TURNED * values)
+    return dips[-1] + int(values[dips[-1] :].argmax()) if len(dips) else 0
 
 
 class BearingFormation(Shaped):

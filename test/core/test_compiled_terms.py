@@ -242,7 +242,7 @@ def test_the_environment_asks_for_them(monkeypatch):
         wanted = formation_equations.target_errors(points, np.zeros_like(points), graph)
         mean = points - graph.neighbour_mean(points)
         np.testing.assert_allclose(wanted, mean, atol=1e-12 * points.max())
-        pulled = gathering.rendezvous(points, np.array([[0, 1], [1, 2]]), 400.0)
+        pulled = gathering.rendezvous_flow(1.0, np.array([[0, 1], [1, 2]]), 400.0).velocity(points)
         assert np.abs(pulled.sum(axis=0)).max() < 1e-12
     finally:
         edge_terms.compiled.cache_clear()

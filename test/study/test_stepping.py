@@ -150,6 +150,15 @@ def test_robots_go_from_command_to_command_as_step_by_step(case, compiled, tmp_p
     assert ends.count(BY_STEP) < 0.1 * by_step.step
 
 
+@pytest.fixture()
+def interruptible():
+    """Let an interrupt raise ``KeyboardInterrupt``, whatever programs that ran in this process left."""
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, handler)
+
+
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("law", [Raises, Stops, Breaks, Hurries, Flees, Stands])
 @pytest.mark.parametrize("changes", [{}, CASES["unsaturated"]], ids=["", "unsaturated"])
 def test_a_law_ends_a_run_as_step_by_step(law, changes, compiled, tmp_path):

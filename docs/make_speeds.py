@@ -103,7 +103,12 @@ COMMANDS = (
         (100, 1000),
         "",
     ),
-    ("an hour of 100 robots in a line, by `rosrun`", "experiment of an hour in a line", (100,), ""),
+    (
+        "an hour of 100, 1,000 robots in a line, by `rosrun`",
+        "experiment of an hour in a line",
+        (100, 1000),
+        "60 s of 1,000",
+    ),
     ("2 s of 10,000 robots in a crowd, by `rosrun`", "experiment of 2 s", (10000,), ""),
     (
         "1,000 runs of `paper.yaml`, a sweep over k, on all cores",

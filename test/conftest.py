@@ -5,6 +5,7 @@ import glob
 import os
 import resource
 import shutil
+import signal
 import sys
 import tempfile
 
@@ -41,6 +42,14 @@ OWN_HOME = os.environ["HOME"] = tempfile.mkdtemp(prefix="mrs_simulator_home_")
 os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build", "pycache")
 # Nor is pytest to rewrite their assertions each time, where this process runs them itself.
 sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]
+
+
+@pytest.fixture
+def interruptible():
+    """Let an interrupt raise ``KeyboardInterrupt``, whatever programs that ran in this process left."""
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, handler)
 
 
 def pytest_addoption(parser):

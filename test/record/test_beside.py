@@ -181,6 +181,7 @@ def test_an_error_ends_the_run_and_nothing_is_written_after_it(tmp_path, threade
     recorder.close()
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_while_the_disk_is_slow_loses_nothing(tmp_path, threaded):
     path, interrupted = str(tmp_path / "run.csv"), threading.Event()
     recorder = Recorder(path, range(1, 1 + ROBOTS), kept=SAMPLES)

@@ -150,14 +150,6 @@ def test_robots_go_from_command_to_command_as_step_by_step(case, compiled, tmp_p
     assert ends.count(BY_STEP) < 0.1 * by_step.step
 
 
-@pytest.fixture()
-def interruptible():
-    """Let an interrupt raise ``KeyboardInterrupt``, whatever programs that ran in this process left."""
-    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, handler)
-
-
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("law", [Raises, Stops, Breaks, Hurries, Flees, Stands])
 @pytest.mark.parametrize("changes", [{}, CASES["unsaturated"]], ids=["", "unsaturated"])

@@ -116,3 +116,19 @@ def test_a_new_connection_begins_with_its_first_message(ros):
         "print(heard[0].linear.x)\n"
     )
     assert said.split() == ["0.25", "0.5"]
+
+
+def test_a_message_does_not_wait_until_the_one_before_is_acknowledged(ros):
+    """Whatever the subscriber asks for: that of /clock, which rospy makes, asks for nothing."""
+    said = ros.python(
+        "import rospy, socket, time\n"
+        "from std_msgs.msg import Empty\n"
+        "from mrs_simulator.ros.nonblocking_publisher import prompt_publisher\n"
+        "rospy.init_node('at_once', disable_rostime=True)\n"
+        "publisher = prompt_publisher('/at_once', Empty)\n"
+        "rospy.Subscriber('/at_once', Empty)\n"
+        "while not publisher.get_num_connections(): time.sleep(0.01)\n"
+        "(connection,) = publisher.impl.connections\n"
+        "print(connection.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))\n"
+    )
+    assert said.split() == ["1"]

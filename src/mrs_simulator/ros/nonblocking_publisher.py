@@ -5,6 +5,7 @@ with a hundred robots that is most of a publisher's work.
 """
 
 import select
+import socket
 import threading
 import warnings
 
@@ -23,11 +24,14 @@ def prompt_publisher(name, kind, first=None, listener=None):
     with warnings.catch_warnings():
         # Without a size rospy makes no queue, and warns of writing that may block: none of ours does.
         warnings.simplefilter("ignore", SyntaxWarning)
-        publisher = rospy.Publisher(name, kind, subscriber_listener=listener, tcp_nodelay=True)
+        publisher = rospy.Publisher(name, kind, subscriber_listener=listener)
     topic = publisher.impl
     add = topic.add_connection
 
     def add_prompt(connection):
+        # rospy does so only where the subscriber asks for it, and its own subscriber of /clock does not:
+        # each small message would wait until the one before is acknowledged, for 40 ms at most.
+        connection.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection = NonblockingConnection(connection)
         added = add(connection)
         with topic.publock:  # what is published next may not overtake what is the newest now

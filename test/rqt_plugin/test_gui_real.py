@@ -175,6 +175,8 @@ gui.bar.speed_chosen.emit(1.0)
 until(lambda: gui.connection.newest("stage").speed == 1.0)
 click("control")
 until(lambda: gui.study.is_controlled())
+# One that has not driven yet would only wait until the second node is gone.
+until(lambda: gui.connection.newest("control").command.any())
 # The controller knows who is real: a second node that tells where it is stops all.
 from nav_msgs.msg import Odometry
 carried, pose = rospy.Publisher("/robot2/odom", Odometry, queue_size=1), Odometry()

@@ -296,13 +296,10 @@ def await_interrupt():
         pass
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_from_the_keyboard_leaves_a_law_as_it_came():
-    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            call(await_interrupt)
-    finally:
-        signal.signal(signal.SIGINT, handler)
+    with pytest.raises(KeyboardInterrupt):
+        call(await_interrupt)
 
 
 def test_a_law_that_is_refused_leaves_no_world_open(monkeypatch):

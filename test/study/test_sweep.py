@@ -491,17 +491,14 @@ def waits(place):
         signal.pause()
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interruption_is_heeded_by_the_one_that_waits_and_ends_the_others_at_once(tmp_path):
-    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     before = set(multiprocessing.active_children())  # of other tests in this process
-    try:
-        assert dict(on_cores(run_of, [(goes_on_after_an_interruption,)], 1)) == {0: "went on"}
-        tasks = [(waits, tmp_path), (interrupts_its_parent_and_waits, tmp_path)]
-        with pytest.raises(KeyboardInterrupt):
-            dict(on_cores(run_of, tasks, 2))
-        assert set(multiprocessing.active_children()) <= before
-    finally:
-        signal.signal(signal.SIGINT, handler)
+    assert dict(on_cores(run_of, [(goes_on_after_an_interruption,)], 1)) == {0: "went on"}
+    tasks = [(waits, tmp_path), (interrupts_its_parent_and_waits, tmp_path)]
+    with pytest.raises(KeyboardInterrupt):
+        dict(on_cores(run_of, tasks, 2))
+    assert set(multiprocessing.active_children()) <= before
 
 
 @pytest.mark.usefixtures("undrawn")

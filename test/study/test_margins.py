@@ -90,7 +90,10 @@ def test_dead_robots_never_move():
         (SCENARIO, "gain", "--along 'gain': wanted KEY=END"),
         (SCENARIO, "control.rate=nan", "--along 'control.rate=nan': wanted KEY=END, END a number"),
         (SCENARIO, "control.protocol=1", "control.protocol: wanted a number"),
-        (SCENARIO, "control.parameters.slope=1", "wanted a number in the scenario"),
+        (SCENARIO, "control.rte=1", "--along.control: unknown 'rte'; did you mean 'rate'?"),
+        (SCENARIO, "control.parameters.gian=1", "unknown 'gian'; did you mean 'gain'?"),
+        (SCENARIO, "control.parameters.slope=1", "unknown 'slope' (known: gain, l)"),
+        (SCENARIO, "control.parameters.l=1", "wanted a number in the scenario"),
         (SCENARIO.replace("10 m", "1 m"), "control.rate=1", "near has no margin"),
     ],
 )

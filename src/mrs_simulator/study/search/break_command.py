@@ -19,7 +19,7 @@ from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.default_space import default_search
-from mrs_simulator.study.search.space import Space, check_keys, varied_scenario
+from mrs_simulator.study.search.space import Space, check_keys, least_values, varied_scenario
 from mrs_simulator.verdict.requirements.results import line_of
 
 SCENARIO, REPORT, RUN = "counterexample.yaml", "search.json", "run"
@@ -87,7 +87,7 @@ def opened(arguments, default=None):
         varied = default(scenario)
         tell("the scenario has no search; this varies: {}".format(", ".join(varied)))
     found = search_from(varied, path + ": search")
-    check_keys(found, content, path)
+    check_keys(least_values(found), content, path, "search")
     space = Space(found, scenario.n, scenario.topology)
     options = arguments.jobs, arguments.scheduler, tell, unsaid
     return Search(content, path, space, *options)

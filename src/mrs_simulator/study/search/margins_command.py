@@ -16,6 +16,7 @@ from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.search.break_command import add_runs, exit_with, tell
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.margins import Margins, axes_of
+from mrs_simulator.study.search.space import check_keys
 
 REPORT, FIGURE = "margins.json", "margins"
 HOLDS = "holds"
@@ -46,6 +47,7 @@ def margins(arguments):
     content = load_yaml(path)
     scenario = scenario_of_file(content, path)
     wanted = None if arguments.along is None else [_along(text) for text in arguments.along]
+    check_keys(dict(wanted or ()), content, path, "--along")
     axes = axes_of(content, wanted)
     search = Search(content, path, None, arguments.jobs, arguments.scheduler, tell)
     os.makedirs(arguments.out, exist_ok=True)

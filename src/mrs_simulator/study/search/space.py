@@ -166,26 +166,31 @@ def content_with(content, variation, path=""):
     return changed
 
 
-def check_keys(search, content, path):
-    """Raise ``ScenarioError`` where a key that varies is none of the scenario ``content`` or of its law.
+def least_values(search):
+    """Return by key the least value that a ``search`` lets each key take, but for the number of robots."""
+    return {each.key: _value(each, 0.0) for each in search.ranges if each.key != ROBOTS}
 
-    ``path``: of its file.  What values of known keys are worth is left to the runs.
+
+def check_keys(values, content, path, where):
+    """Raise ``ScenarioError`` where a key of ``values`` is none of the scenario ``content`` or of its law.
+
+    ``path``: of its file; ``where``: what names the keys.  What values of known keys are worth is left to
+    the runs.
     """
-    values = {each.key: _value(each, 0.0) for each in search.ranges if each.key != ROBOTS}
     law = choose_protocol(scenario_of_file(content, path))[1]
-    known = [each.name for each in law.PARAMETERS]
+    known, where = [each.name for each in law.PARAMETERS], "{}: {}".format(path, where)
     try:
-        scenario_of_file(content_with(content, values, path), path, path + ": search")
+        scenario_of_file(content_with(content, values, path), path, where)
     except (UnknownKey, SweepError) as error:
-        text = "{}: search: {}: wanted {}, a parameter of the law"
-        meant = [(path, key, PARAMETERS + key) for key in values if key in known]
+        text = "{}: {}: wanted {}, a parameter of the law"
+        meant = [(where, key, PARAMETERS + key) for key in values if key in known]
         raise ScenarioError(text.format(*meant[0]) if meant else str(error)) from None
     except ScenarioError:
         pass
     if not {"control", PROTOCOL} & set(values):
         for name in (key[len(PARAMETERS) :] for key in values if key.startswith(PARAMETERS)):
             if name not in known:
-                raise ScenarioError(unknown_name(path + ": search." + PARAMETERS[:-1], name, known))
+                raise ScenarioError(unknown_name(where + "." + PARAMETERS[:-1], name, known))
 
 
 def _edit_edges(content, path, cut, add):

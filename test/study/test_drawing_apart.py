@@ -13,6 +13,7 @@ from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.record.recording import Recorder
 from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw import figure_process, figures
+from mrs_simulator.study.draw.style import MISSING
 from mrs_simulator.study.run.command import main
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -91,10 +92,34 @@ def test_a_process_that_cannot_draw_is_reported(monkeypatch, tmp_path):
     with Recorder(str(tmp_path / "run.csv"), (1,), kept=1, memory=memory) as recorder:
         recorder.sample(0.0, StateTable(pose=np.zeros((1, 3)), command=np.zeros((1, 2))))
     drawing.begin(recorder)
-    with pytest.raises(RuntimeError, match="ended before it had drawn"):
-        drawing.figures(recorder.run(), str(tmp_path))
+    drawing.figures(recorder.run(), str(tmp_path))  # the run is judged all the same
+    with pytest.raises(ChildProcessError, match="ended before it had drawn"):
         drawing.finish()
     drawing.close()
+
+
+def without_matplotlib(command, *arguments):
+    """Run a ``command`` of the package where matplotlib is not installed."""
+    program = "import os, sys\nsys.modules['matplotlib'] = None\n" + PROGRAM.replace(
+        "study.run.command", "__main__"
+    )
+    whole = [sys.executable, "-c", program, command, *map(str, arguments)]
+    return subprocess.run(whole, stderr=subprocess.PIPE, timeout=120, text=True)
+
+
+def test_without_matplotlib_a_run_and_its_verdict_are_kept(tmp_path):
+    done = without_matplotlib("experiment", PAPER, "--out", tmp_path, "--duration", "1")
+    assert done.returncode == 0 and done.stderr == MISSING + "\n"
+    assert {"run.csv", "run.json", "verdict.json"} <= {path.name for path in tmp_path.iterdir()}
+    done = without_matplotlib("figure", tmp_path, "--out", tmp_path / "figure.png")
+    assert done.returncode == 2 and done.stderr == "figure: {}\n".format(MISSING)
+
+
+def test_without_matplotlib_a_sweep_has_its_table(tmp_path):
+    arguments = "control.rate=20", "--out", tmp_path, "--duration", "1", "--jobs", "1"
+    done = without_matplotlib("sweep", PAPER, *arguments)
+    assert MISSING in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 0 and (tmp_path / "sweep.csv").exists()
 
 
 def test_nothing_is_forked_without_formats_or_on_one_core(monkeypatch):

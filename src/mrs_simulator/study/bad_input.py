@@ -5,6 +5,7 @@ import sys
 
 from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.core.writing import is_of_output
+from mrs_simulator.study.draw.style import MISSING
 
 BAD_INPUT = 2  # exit code
 
@@ -14,10 +15,16 @@ def refusing_bad_input(program, *more):
     """End the program, with exit code 2 and one line, where what it was given is wrong.
 
     The line ends with the page of the documentation that explains it, where the error names one.
-    ``ValueError``, ``OSError`` and the errors in ``more`` count as that, but not one of standard output.
+    ``ValueError``, ``OSError`` and the errors in ``more`` count as that, but not one of standard output;
+    a missing matplotlib, too.
     """
     try:
         yield
+    except ModuleNotFoundError as error:
+        if error.name != "matplotlib":
+            raise
+        print("{}: {}".format(program, MISSING), file=sys.stderr)
+        sys.exit(BAD_INPUT)
     except (ValueError, OSError, *more) as error:
         if is_of_output(error):
             raise

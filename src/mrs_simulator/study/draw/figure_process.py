@@ -12,6 +12,7 @@ import os
 import signal
 import threading
 from collections import deque
+from importlib.util import find_spec
 from multiprocessing.connection import Pipe, wait
 
 from mrs_simulator.control.worker_process import guarded
@@ -45,8 +46,7 @@ class Drawing:
 
     def warm_up(self, formats):
         """Load what writes ``formats``, before anything is drawn."""
-        with contextlib.suppress(OSError):  # whoever draws is told that it has ended
-            self._pipes[0].send(formats)
+        self._send(self._pipes[0], *formats)
 
     def begin(self, recorder):
         """Tell of a run that ``recorder`` keeps in :attr:`memory`."""
@@ -64,7 +64,7 @@ class Drawing:
         description = self._recorder.kept.given, run.time, run.collisions, run.scenario, dimension
         self._is_drawing = True
         for pipe in self._pipes:
-            _send(pipe, ("run", description, options))
+            self._send(pipe, "run", description, options)
         self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
         self._hand_out()
 
@@ -76,16 +76,23 @@ class Drawing:
     def _hand_out(self):
         while self._free and self._waiting:
             self._busy.append(self._free.pop(0))
-            _send(self._busy[-1], self._waiting.popleft())
+            self._send(self._busy[-1], *self._waiting.popleft())
+
+    def _send(self, pipe, *request):
+        with contextlib.suppress(OSError):  # ``finish`` finds its other end closed
+            pipe.send(request)
 
     def finish(self):
-        """Wait until all is drawn; raises what a drawing raised."""
+        """Wait until all is drawn.
+
+        Raises what a drawing raised, and ``ChildProcessError`` where a process ended before.
+        """
         while self._busy:
             for pipe in wait(self._busy):
                 try:
                     error = pipe.recv()
                 except (EOFError, OSError):
-                    raise RuntimeError(ENDED) from None
+                    raise ChildProcessError(ENDED) from None
                 if error is not None:
                     raise error
                 self._busy.remove(pipe)
@@ -100,13 +107,6 @@ class Drawing:
             os.kill(self._process, signal.SIGKILL)
         os.waitpid(self._process, 0)
         self.memory = None
-
-
-def _send(pipe, request):
-    try:
-        pipe.send(request)
-    except OSError:  # its other end is closed
-        raise RuntimeError(ENDED) from None
 
 
 _begun = []  # the ``Drawing`` that was begun ahead
@@ -145,7 +145,7 @@ def drawing(formats):
 def _pays():
     """Return whether processes of their own are of use, and may be forked."""
     # A lock that another thread holds would stay locked.
-    return threading.active_count() == 1 and cores() > 1
+    return threading.active_count() == 1 and cores() > 1 and find_spec("matplotlib") is not None
 
 
 def _drawings(memory):

@@ -2,6 +2,8 @@
 
 import contextlib
 import os
+import sys
+from importlib.util import find_spec
 from typing import Any, Dict, NamedTuple
 
 WIDTHS = {"page": 6.5, "column": 3.5, "slide": 9.0}  # [in]
@@ -16,6 +18,7 @@ COLUMN_STYLE = {
     "legend.handlelength": 1.4,
     "legend.columnspacing": 1.0,
 }
+MISSING = "matplotlib is not installed: no figures are drawn, wanted `pip install matplotlib`"
 NARROWEST, WIDEST = 1.5, 40.0  # [in]
 INCH = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}
 
@@ -113,7 +116,18 @@ def add_width_and_style(parser):
 
 
 def look_of(arguments):
-    """Return the ``Look`` and the formats that the options of ``add_look`` ask for."""
+    """Return the ``Look`` and the formats that the options of ``add_look`` ask for.
+
+    No formats, with a message on standard error, where there is no matplotlib.
+    """
     formats = [kind.strip() for kind in arguments.formats.split(",") if kind.strip()]
     check_formats(formats)
-    return look(arguments.width, arguments.style), formats
+    return look(arguments.width, arguments.style), formats if formats and can_draw() else []
+
+
+def can_draw():
+    """Return whether matplotlib is installed; where it is not, say so on standard error."""
+    if find_spec("matplotlib") is None:
+        print(MISSING, file=sys.stderr)
+        return False
+    return True

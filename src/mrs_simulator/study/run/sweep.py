@@ -18,6 +18,7 @@ from mrs_simulator.protocols.loading import located_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.study.draw.style import can_draw
 from mrs_simulator.study.run.experiment import run_experiment, steps_of
 from mrs_simulator.study.run.run_keys import forget, run_key
 from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
@@ -357,7 +358,8 @@ def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None,
     for path in filter(os.path.exists, _figure_files(out)):
         os.remove(path)  # of an earlier sweep; this one may have nothing to draw
     verdicts = _run_all(runs, out, TABLE, *where)
-    _write_figures(runs, verdicts, out, boundary)
+    if can_draw():
+        _write_figures(runs, verdicts, out, boundary)
     return verdicts
 
 

@@ -72,10 +72,11 @@ def test_the_exact_solution_by_doubling_is_that_step_by_step(still, drift):
     weights = np.array([[0.0, 2.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0]])
     law = Averaging(weights, 0.7, np.arange(6.0).reshape(3, 2), still)
     start = np.array([[3.0, 1.0], [-2.0, 0.0], [0.0, 5.0]])
+    rows = np.array([0, 1, 1, 5, 40, 76])
     for found, expected in zip(
-        law.motion(start, 0.1, 77, drift), Published.motion(law, start, 0.1, 77, drift)
+        law.motion(start, 0.1, rows, drift), Published.motion(law, start, 0.1, rows, drift)
     ):
-        assert found.shape == (77, 3, 2)
+        assert found.shape == (6, 3, 2)
         np.testing.assert_allclose(found, expected, atol=1e-12)
 
 

@@ -39,10 +39,9 @@ class Published:
         """Return u (k, n, d) of teams at ``points`` (k, n, d) [m], ``time`` (k,) [s], one ``memory``."""
         return np.array([self.velocity(p, t, memory)[0] for p, t in zip(points, time)])
 
-    def motion(self, start, period, commands, drift=0.0):
-        """Return points and u at each of so many ``commands``, (commands, n, d), as :func:`exact_steps`."""
-        steps = exact_steps(self, start, period, drift=drift)
-        return map(np.array, zip(*itertools.islice(steps, commands)))
+    def motion(self, start, period, rows, drift=0.0):
+        """Return points and u (m, n, d) at commands ``rows`` (m,), from 0, as :func:`exact_steps`."""
+        return _steps_at(rows, exact_steps(self, start, period, drift=drift))
 
     def keeps_close(self, period):
         """Return whether two teams never part, in the largest distance, if u is held for ``period`` [s]."""
@@ -122,11 +121,12 @@ class Averaging(Published):
         u[..., self.still, :] = 0.0
         return u
 
-    def motion(self, start, period, commands, drift=0.0):
-        """Return points and u at each command, by doubling ``e+ = A e + Tc drift``, ``e = p - places``.
+    def motion(self, start, period, rows, drift=0.0):
+        """Return points and u at ``rows``, by doubling ``e+ = A e + Tc drift``, ``e = p - places``.
 
         From the first K of them the next K follow by ``A^K``.  Step by step where powers of A overflow.
         """
+        commands = int(np.max(rows)) + 1
         moves = np.ones((len(start), 1))
         moves[self.still] = 0.0
         step = self.gain * (self._shares - self._total * np.eye(len(start)))
@@ -140,8 +140,8 @@ class Averaging(Published):
                 track[known : known + more] = step @ track[:more] + shift
                 step, shift, known = step @ step, step @ shift + shift, known + more
         if not np.isfinite(track).all():
-            return super().motion(start, period, commands, drift)
-        points = track + self.places
+            return super().motion(start, period, rows, drift)
+        points = track[rows] + self.places
         return points, self.velocities(points, None, None)
 
     def keeps_close(self, period):
@@ -213,6 +213,12 @@ def exact_steps(law, start, period, edges=None, drift=0.0):
         points, step = points + period * (u + drift), step + 1
 
 
+def _steps_at(rows, steps):
+    """Return points and u, (m, n, d) each, of the endless ``steps`` in ``rows`` (m,), counted from 0."""
+    points, u = map(np.array, zip(*itertools.islice(steps, int(np.max(rows)) + 1)))
+    return points[rows], u[rows]
+
+
 class Listeners:
     """Robots that each run the law on what they know of the others over faulty ``edges``."""
 
@@ -244,11 +250,9 @@ def exact_motion(law, start, period, time, edges=None, drift=0.0):
     if commands > MOST_COMMANDS or work > MOST_PAIRS:
         return None
     if edges is None:
-        points, u = law.motion(start, period, commands, drift)
+        points, u = law.motion(start, period, before, drift)
     else:
-        steps = exact_steps(law, start, period, edges, drift)
-        points, u = map(np.array, zip(*itertools.islice(steps, commands)))
-    points, u = points[before], u[before]
+        points, u = _steps_at(before, exact_steps(law, start, period, edges, drift))
     since = period * np.maximum(count - before, 0.0)
     return points + since[:, np.newaxis, np.newaxis] * (u + drift), u
 

@@ -1,11 +1,13 @@
 """Steps from command to command in one compiled call, under laws that Python runs: with numpy's bits."""
 
 import signal
+import types
 
 import numpy as np
 import pytest
 
-from mrs_simulator import PioneerControl
+from mrs_simulator import PioneerControl, make_twist
+from mrs_simulator.core import compiling
 from mrs_simulator.record.recording import Recorder
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.run import stepping
@@ -68,6 +70,48 @@ class Flees(Walk):
 
 class Stands(Walk):
     SPEED = 0.0
+
+
+class ByHook(PioneerControl):
+    """Robots are told speeds that are drawn anew, and remember where they were."""
+
+    LATE = 1.0  # [-] by which speeds are greater from 0.7 s on
+
+    def start(self):
+        self.draw, self.speeds, self.met = np.random.default_rng(0), None, []
+
+    def calculateControlLaw(self, pos_map):
+        self.met.append((self.time, np.array([pos_map[number] for number in self.numbers])))
+        if self.speeds is None or self.time % 1.0 < 0.3:
+            self.speeds = self.draw.uniform(-1.0, 1.0, (len(pos_map), 2)).tolist()
+        late = self.LATE if self.time > 0.7 else 1.0
+        return {i: make_twist(late * v, 2.0 * w) for i, (v, w) in zip(pos_map, self.speeds)}
+
+
+class ByNeighbours(PioneerControl):
+    """Points keep away from those whose data they receive, and remember where these were."""
+
+    def start(self):
+        self.met = []
+
+    def neighbourLaw(self, robot, theta, neighbours):
+        away = np.array([[other.x, other.y] for other in neighbours])
+        self.met.append((self.time, np.append(away.ravel(), theta)))
+        return np.sin(3.0 * self.time + robot) * away.sum(axis=0)
+
+
+class RaisesByHook(ByHook):
+    def calculateControlLaw(self, pos_map):
+        twists = super().calculateControlLaw(pos_map)
+        return {} if self.time > 0.7 else twists
+
+
+class BreaksByHook(ByHook):
+    LATE = np.nan
+
+
+class HurriesByHook(ByHook):
+    LATE = 3e12
 
 
 def crowd(**changes):
@@ -150,15 +194,36 @@ def test_robots_go_from_command_to_command_as_step_by_step(case, compiled, tmp_p
     assert ends.count(BY_STEP) < 0.1 * by_step.step
 
 
+HOOKED = [
+    (ByHook, case) for case in ("crowd", "apart", "rates", "rarely", "unsaturated", "as a team")
+]
+
+
+@pytest.mark.parametrize("law, case", [*HOOKED, (ByNeighbours, "crowd")])
+def test_laws_of_commands_go_from_command_to_command_as_step_by_step(law, case, compiled, tmp_path):
+    given = crowd(**CASES[case], topology={"preset": "ring"})
+    wanted, each, by_step = run(given, law, tmp_path)
+    ends = compiled()
+    told, counts, experiment = run(given, law, tmp_path)
+    assert told == wanted
+    assert max(each) == 1 < max(counts) and sum(counts) == sum(each)
+    assert bool(experiment.collisions) == (case != "apart")
+    assert DUE in ends and ends.count(BY_STEP) < 0.1 * by_step.step
+
+
+ENDS = [Raises, Stops, Breaks, Hurries, Flees, Stands, RaisesByHook, BreaksByHook, HurriesByHook]
+
+
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("law", [Raises, Stops, Breaks, Hurries, Flees, Stands])
+@pytest.mark.parametrize("law", ENDS)
 @pytest.mark.parametrize("changes", [{}, CASES["unsaturated"]], ids=["", "unsaturated"])
 def test_a_law_ends_a_run_as_step_by_step(law, changes, compiled, tmp_path):
     wanted, _, _ = run(crowd(**changes), law, tmp_path)
     compiled()
     told, _, _ = run(crowd(**changes), law, tmp_path)
     assert told == wanted
-    assert (wanted[2] is None) == (law is Stands or law in (Hurries, Flees) and not changes)
+    limited = law in (Hurries, Flees, HurriesByHook) and not changes
+    assert (wanted[2] is None) == (law is Stands or limited)
 
 
 @pytest.mark.parametrize("skin, loose", [(0.06, 0.02), (0.02, 0.3)])
@@ -205,14 +270,40 @@ def test_where_sensors_are_read_robots_go_step_by_step_from_then_on(compiled):
     assert 0 < begun == len(ends) and experiment.sensors.readings(experiment.world.time)
 
 
-@pytest.mark.parametrize("apart, is_used", [(0.7, True), (8.0, False)])
-def test_crowds_that_touch_for_long_are_stepped_so_by_themselves(apart, is_used, monkeypatch):
+@pytest.mark.parametrize("apart, touch", [(0.7, True), (8.0, False)])
+def test_crowds_that_touch_for_long_are_stepped_so_by_themselves(apart, touch, monkeypatch):
     asked = []
     monkeypatch.setattr(stepping, "same_bits", lambda _, size: asked.append(size))
     given = crowd(poses={"layout": "grid", "spacing": apart}, duration=1.0)
     for _ in Experiment(given, Walk).samples():
         pass
-    assert (5 in asked) == is_used and set(asked) <= {0, 5}
+    assert (5 in asked) == touch and set(asked) <= {1.25, 5}
+
+
+@pytest.mark.parametrize("is_kept", [True, False])
+def test_robots_apart_are_stepped_so_where_that_need_not_be_compiled(is_kept, monkeypatch):
+    made, step = [], commanded_steps.steps_between
+    monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
+    monkeypatch.setattr(
+        stepping, "same_bits", lambda *_, **__: lambda *g: made.append(g) or step(*g)
+    )
+    monkeypatch.setattr(stepping, "is_kept", lambda _: is_kept)
+    given = crowd(poses={"layout": "grid", "spacing": 8.0}, duration=0.2)
+    for _ in Experiment(given, ByHook).samples():
+        pass
+    assert bool(made) == is_kept
+
+
+def test_code_is_kept_once_it_is_compiled(tmp_path):
+    compiled = types.SimpleNamespace(__name__="loop_0", stats=None)
+    assert not compiling.is_kept(compiled)
+    compiled.stats = types.SimpleNamespace(cache_path=str(tmp_path / "later"))
+    assert not compiling.is_kept(compiled)
+    compiled.stats.cache_path = str(tmp_path)
+    (tmp_path / "module.loop_01-20.py311.nbi").touch()
+    assert not compiling.is_kept(compiled)
+    (tmp_path / "module.loop_0-20.py311.nbi").touch()
+    assert compiling.is_kept(compiled)
 
 
 class Filtered(Walk):
@@ -220,16 +311,10 @@ class Filtered(Walk):
         return 0.5 * super().commands(*known)
 
 
-class ByHook(PioneerControl):
-    def calculateControlLaw(self, pos_map):
-        return {}
-
-
 @pytest.mark.parametrize(
     "law, changes",
     [
         (Filtered, {}),
-        (ByHook, {}),
         (Walk, {"control": {"safety": True}}),
         (Walk, {"control": {"deadband": 0.01}}),
         (Walk, {"requirements": {"near": "speed < 90 m/s"}}),

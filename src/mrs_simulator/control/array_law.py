@@ -26,7 +26,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 # of the topology: receiver, sender and weight of each arc, (m,) each
 ARCS = ("first", "second", "weight")
 # What goes on between a law and the robots.
-LOOP = ("commands", "wanted_commands", "saturated", "calculateControlLaw", "neighbourLaw")
+LOOP = ("commands", "wanted_commands", "saturated")
 
 
 def array_law(function):
@@ -86,11 +86,12 @@ def has_form(control):
 
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """
-    return hasattr(getattr(type(control), "pointMassLaw", None), "form") and is_bare(control)
+    formed = hasattr(getattr(type(control), "pointMassLaw", None), "form")
+    return formed and control.runner.is_by_points and is_bare(control)
 
 
 def is_bare(control):
-    """Return whether ``pointMassLaw`` and limits alone decide on the commands of ``control``."""
+    """Return whether a law and limits alone decide on the commands of ``control``."""
     own = type(control)
     if not issubclass(own, PioneerControl):
         return False  # a stand-in with commands of its own

@@ -11,10 +11,12 @@ from mrs_simulator.control.network import Network
 from mrs_simulator.control.positions import Position, RaisedPosition
 from mrs_simulator.control.twists import check_finite, commands_of
 from mrs_simulator.control.velocities import neighbours_of, own_velocity, team_velocities, turned_by
+from mrs_simulator.core.garbage import collected_later
 from mrs_simulator.core.kinematics import are_within
 from mrs_simulator.sensors.readings import readings_by_number
 
 FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
+FEW = 200  # [-] robots among whose positions and Twists garbage may be looked for
 
 
 class LawRunner:
@@ -59,6 +61,11 @@ class LawRunner:
         """Return whether the law is :meth:`neighbourLaw`."""
         by_neighbours = type(self._control).neighbourLaw is not LawHooks.neighbourLaw
         return by_neighbours and not self.gives_twists
+
+    @property
+    def is_by_points(self):
+        """Return whether the law is :meth:`pointMassLaw`."""
+        return not (self.gives_twists or self.is_by_neighbours)
 
     def commands(self, pose, time, joints, readings):
         """Return the commands, as ``PioneerControl.commands`` does."""
@@ -119,9 +126,16 @@ class LawRunner:
 
     def wanted_commands(self, pose):
         """Return the law's commands, as ``PioneerControl.wanted_commands`` does."""
-        control = self._control
         if not self.gives_twists:
             return self.array_law(pose)
+        if len(pose) <= FEW:
+            return self._by_twists(pose)
+        with collected_later():
+            return self._by_twists(pose)
+
+    def _by_twists(self, pose):
+        """Return the commands (n, a) in the Twists of ``calculateControlLaw``, from ``pose`` (n, 3)."""
+        control = self._control
         if self.heights is None:
             rows = map(tuple.__new__, itertools.repeat(Position), zip(*pose.T.tolist()))
         else:
@@ -147,6 +161,11 @@ class LawRunner:
         if control.safety_filter.acts:
             self._unlimited = u
         return u, pointing
+
+    def unlimited_commands(self, pose, time):
+        """Return the commands (n, a) that the law wants at ``pose`` (n, 3), before limits."""
+        self._control.__dict__["time"] = time  # as _keep, in less time
+        return self._control.wanted_commands(pose)
 
     def velocities(self, points, time):
         """Return the velocities (n, d) [m/s] that ``pointMassLaw`` wants of ``points`` (n, d) [m]."""

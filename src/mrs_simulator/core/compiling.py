@@ -224,16 +224,28 @@ def jit(cache=False, **options):
     return kept
 
 
+def is_kept(compiled):
+    """Return whether some machine code of ``compiled`` is kept, so that it need not be compiled anew."""
+    directory, own = _kept_in(compiled)
+    return directory is not None and any(own in entry.name for entry in os.scandir(directory))
+
+
+def _kept_in(compiled):
+    """Return where machine code of ``compiled`` is kept, or None, and a part of its files' names."""
+    directory = getattr(getattr(compiled, "stats", None), "cache_path", None)
+    there = directory is not None and os.path.isdir(directory)
+    return directory if there else None, ".{}-".format(compiled.__name__)
+
+
 def bound_kept(compiled, most=MOST_KEPT):
     """Keep at most ``most`` kernels in the directory of ``compiled``, which is in use; remove the oldest.
 
     Another process that reads one of them meanwhile compiles it again.
     """
-    directory = getattr(getattr(compiled, "stats", None), "cache_path", None)
-    if directory is None or not os.path.isdir(directory):
+    directory, own = _kept_in(compiled)
+    if directory is None:
         return
     files, used = {}, {}
-    own = ".{}-".format(compiled.__name__)
     for entry in os.scandir(directory):
         found = KEPT_FILE.match(entry.name)
         if found:

@@ -12,7 +12,6 @@ from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call, print_raised, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
-from mrs_simulator.core.garbage import collected_later
 from mrs_simulator.core.kinematics import are_within
 from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
@@ -39,7 +38,6 @@ from mrs_simulator.world.command_watchdogs import FASTEST
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
-FEW = 200  # [-] robots up to whose positions and Twists no garbage is looked for
 ROWS_AT_ONCE = 4000  # [-] samples times robots that are made by one compiled call
 
 
@@ -61,7 +59,6 @@ class Experiment:
         scenario = self.scenario
         self.control = make_control(scenario, protocol)
         self._every = scenario.steps_per_command, scenario.steps_per_record
-        self._makes_objects = self.control.runner.gives_twists and scenario.n > FEW
         self.layout = self.control.team.layout(lambda column: column.given(scenario))
         self._is_basic = {*self.layout.widths} - {("estimate", 3)} == {*basic_layout().widths}
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
@@ -295,20 +292,15 @@ class Experiment:
                 stamp, pose, command = self.sample()
                 yield [stamp], pose[np.newaxis], command[np.newaxis]
 
-    def command_as(self, velocity):
-        """Command all robots so that their points have the ``velocity`` (n, d) [m/s] that the law wants."""
-        control, pose = self.control, self.world.pose
-        command = self.asked(control.runner.limited, control.commands_for(velocity, pose))
+    def command_within(self, command):
+        """Give all robots the ``command`` (n, a) that the law wants, within limits."""
+        command = self.asked(self.control.runner.limited, command)
         if not self.world.set_commands(EVERY, command):
             self._refuse_too_fast(command)
 
     def command_all(self):
         """Ask the law, and command all robots."""
-        if self._makes_objects:
-            with collected_later():
-                command = self._command(self._known())
-        else:
-            command = self._command(self._known())
+        command = self._command(self._known())
         if not self.world.set_commands(EVERY, command):
             self._refuse_too_fast(command)
 

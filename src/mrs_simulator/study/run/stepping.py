@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.control.array_law import is_bare
-from mrs_simulator.core.compiling import same_bits
+from mrs_simulator.core.compiling import is_chosen, is_kept, same_bits
 from mrs_simulator.world.motion.commanded_steps import (
     BY_STEP,
     COMMAND,
@@ -15,6 +15,8 @@ from mrs_simulator.world.motion.commanded_steps import (
     CommandedSteps,
     compiled_steps,
 )
+
+APART = 0.25  # [-] of what a compiled step saves where robots touch it saves of those that do not
 
 
 class Stepping:
@@ -35,17 +37,24 @@ class Stepping:
         self._experiment, self._world, self._most = experiment, experiment.world, most
         scenario = experiment.scenario
         self._every, self._between = scenario.steps_per_command, scenario.steps_per_record
+        self._by_points = experiment.control.runner.is_by_points
         self._moved = None  # the ``CommandedSteps``
 
     def is_worth(self):
-        """Return whether robots are to go on by compiled steps now, since they have touched for long."""
+        """Return whether robots are to go on by compiled steps now, since they have done without for long.
+
+        Where they do not touch that saves too little to wait until numba has compiled them.
+        """
         if self._moved is None:
-            touched = self._between if self._world.motion.contacts() else 0
-            step = same_bits(compiled_steps, size=touched)
-            if step is None:
+            touch = bool(self._world.motion.contacts())
+            if not touch and self._experiment.step % self._between:
+                return False  # looked at seldom
+            step = same_bits(compiled_steps, size=self._between * (1.0 if touch else APART))
+            if step is None or not (touch or is_chosen() or is_kept(step)):
                 return False
             control, rates = self._experiment.control, (self._every, self._between)
-            self._moved = CommandedSteps(self._world, step, control.l, control.saturation, rates)
+            l = control.l if self._by_points else None
+            self._moved = CommandedSteps(self._world, step, l, control.saturation, rates)
         return self._experiment.sensors.is_idle
 
     def block(self, steps):
@@ -73,13 +82,13 @@ class Stepping:
     def _go_on(self, steps):
         experiment, moved = self._experiment, self._moved
         due = experiment.step < 0
-        points, first, velocity = due and experiment.control.points(self._world.pose), NOTHING, None
+        seen, first, wanted = due and self._seen(self._world.pose), NOTHING, None
         while True:
             if due:
-                velocity, first = experiment.asked(self._velocity, points), COMMAND
-            why = moved.advance(steps, first, velocity)
+                wanted, first = experiment.asked(self._asked, seen), COMMAND
+            why = moved.advance(steps, first, wanted)
             if why == DUE:
-                points, due = moved.points, True
+                seen, due = moved.points if self._by_points else moved.pose, True
                 continue
             self._give_back()
             if why not in (FAR, ODD, BY_STEP):
@@ -88,21 +97,33 @@ class Stepping:
             if why == FAR:
                 experiment.sample()  # which raises
             elif why == ODD:
-                experiment.command_as(velocity)
+                experiment.command_within(self._command_for(wanted))
             else:
                 experiment.advance()
                 experiment.step += 1
                 due = experiment.step % self._every == 0
-                points = due and experiment.control.points(self._world.pose)
+                seen = due and self._seen(self._world.pose)
             moved.begin(self._kept[self._filled :])
 
-    def _velocity(self, points):
-        """Return the velocities (n, 2) [m/s] that the law wants; where it raises, the world is there."""
+    def _seen(self, pose):
+        """Return what the law sees of robots at ``pose`` (n, 3): their points (n, 2), or this."""
+        return self._experiment.control.points(pose) if self._by_points else pose
+
+    def _asked(self, seen):
+        """Return what the law wants (n, 2), velocities of points or commands; where it raises, the world is
+        there."""
+        runner = self._experiment.control.runner
+        law = runner.velocities if self._by_points else runner.unlimited_commands
         try:
-            return self._experiment.control.runner.velocities(points, self._moved.time)
+            return law(seen, self._moved.time)
         except BaseException:
             self._give_back()
             raise
+
+    def _command_for(self, wanted):
+        """Return the commands (n, 2) of what the law ``wanted``."""
+        control = self._experiment.control
+        return control.commands_for(wanted, self._world.pose) if self._by_points else wanted
 
     def _give_back(self):
         """Let world and experiment be where robots have come to."""

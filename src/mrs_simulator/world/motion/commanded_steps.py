@@ -1,7 +1,8 @@
 """Unicycles that touch or do not, moved from command to command in one call that numba compiles.
 
-What is wanted of their points is mapped, limited and followed, bodies are pushed apart, contacts and
-samples are noted, all to numpy's bits, by the loops of ``crowd_steps``.  The law is left to Python.
+What is wanted of them, or of their points, is mapped, limited and followed, bodies are pushed apart,
+contacts and samples are noted, all to numpy's bits, by the loops of ``crowd_steps``.  The law is left to
+Python.
 """
 
 import functools
@@ -43,8 +44,9 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
     ``plan``: the step now, the last one wanted, after how many a command is due, and a sample, and what is
     done first.  ``state``: ``counts``, ``numbers``, poses (2, 3, n), inner velocities (2, 2, n) and
     headings' cosines and sines (2, 2, n), two buffers of each, where robots were last looked at (2, n), and
-    the command in force (2, n).  ``wanted``: of the points velocities (2, n) and arms (n,) [m], the limits
-    of commands (2, n), their scope, a row of ``SCOPES``; filled: the points (2, n), where a command is due.
+    the command in force (2, n).  ``wanted``: of the points velocities (2, n) and arms (n,) [m], or without
+    arms (0,) commands; the limits of commands (2, n), their scope, a row of ``SCOPES``; filled: the points
+    (2, n), where a command is due.
     ``given`` to ``pairs`` as ``step_all`` has them; ``noted``: what :func:`note` fills; ``kept`` (m, 5, n):
     samples, filled.
     """
@@ -52,7 +54,8 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
     counts, numbers, poses, inners, turns, looked, command = state
     here = counts[STATE]
     if first == COMMAND:
-        head(counts, poses, turns)
+        if len(wanted[1]):
+            head(counts, poses, turns)
         if not map_wanted(wanted, turns[here], command):
             return now, ODD
     if first != NOTHING and now % between == 0:
@@ -61,7 +64,8 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
         counts[FILLED] += 1
     while now < end and counts[FILLED] < len(kept):
         here = counts[STATE]
-        head(counts, poses, turns)
+        if not numbers[LEFT] > reach[0]:  # else nothing is looked at
+            head(counts, poses, turns)
         before = poses[here], inners[here], turns[here]
         after = poses[1 - here], inners[1 - here], turns[1 - here]
         room = numbers[LEFT], numbers[FREE], looked
@@ -104,26 +108,27 @@ def head(counts, poses, turns):
 
 
 def place(counts, poses, turns, wanted):
-    """Fill in the points, as ``Team.point`` does."""
-    head(counts, poses, turns)
+    """Fill in the points, as ``Team.point`` does; none without arms."""
     here, arm, points = counts[STATE], wanted[1], wanted[4]
+    if len(arm):
+        head(counts, poses, turns)
     for axis in range(2):
         for row in range(len(arm)):
             points[axis, row] = poses[here, axis, row] + arm[row] * turns[here, axis, row]
 
 
 def map_wanted(wanted, turned, command):
-    """Put the commands that give points the velocities ``wanted`` into ``command`` (2, n), within limits.
+    """Put what is ``wanted`` as commands into ``command`` (2, n), within limits.
 
     As ``Team.command`` and ``Team.saturated`` do.  Return whether that can be: else nothing is changed.
     """
     u, arm, top, scope, _ = wanted
-    n, odd, worst = len(arm), 0, 1.0
-    mapped, excess = np.empty((2, n)), np.empty(n)
+    n, odd, worst = u.shape[1], 0, 1.0
+    mapped, excess = u.copy(), np.empty(n)
     cos, sin = turned[0], turned[1]
-    for row in range(n):
+    for row in range(len(arm)):
         mapped[0, row] = cos[row] * u[0, row] + sin[row] * u[1, row]
-    for row in range(n):
+    for row in range(len(arm)):
         mapped[1, row] = (cos[row] * u[1, row] - sin[row] * u[0, row]) / arm[row]
     for row in range(n):
         factor = max(abs(mapped[0, row]) / top[0, row], abs(mapped[1, row]) / top[1, row])
@@ -194,8 +199,9 @@ class CommandedSteps:
         return crowd and bool((world.team.limits.of_all(n).top > 0.0).all())
 
     def __init__(self, world, step, l, saturation, rates):
-        """``step``: the compiled :func:`steps_between`; ``l`` [m]: the hand length; ``saturation``: one of
-        ``SCOPES``; ``rates``: after how many steps there is a command, and a sample."""
+        """``step``: the compiled :func:`steps_between`; ``l`` [m]: the hand length, None where commands are
+        given; ``saturation``: one of ``SCOPES``; ``rates``: after how many steps there is a command, and a
+        sample."""
         n = world.n
         self._world, self._step, self._rates = world, step, rates
         self._counts, self._numbers = np.zeros(7, np.int64), np.empty(3)
@@ -203,7 +209,8 @@ class CommandedSteps:
         self._inners, self._turns = np.empty((2, 2, n)), np.empty((2, 2, n))
         self._command, self._wanted = np.empty((2, n)), np.empty((2, n))
         top = np.ascontiguousarray(world.team.limits.of_all(n).top.T)
-        self._given = np.full(n, float(l)), top, SCOPES.index(saturation)
+        arms = np.empty(0) if l is None else np.full(n, float(l))
+        self._given = arms, top, SCOPES.index(saturation)
         self._noted = np.empty((2, 2, n), np.int64), np.empty((3, n), np.int64), np.empty((2, n))
         self._commanded = None  # the step of the last command
         self.is_on = False  # whether the world waits for :meth:`end`
@@ -239,17 +246,18 @@ class CommandedSteps:
         more[1][:, :fresh], more[2][:, :fresh] = begun[:, :fresh], places[:, :fresh]
         self._noted = more
 
-    def advance(self, end, first, velocity=None):
+    def advance(self, end, first, wanted=None):
         """Make steps up to ``end``, until something is due; return it, by the codes above.
 
-        ``first``: what is done before, with ``COMMAND`` by the ``velocity`` (n, 2) wanted of the points.
+        ``first``: what is done before, with ``COMMAND`` as ``wanted`` (n, 2): velocities of the points, or
+        commands.
         """
         if first == COMMAND:
-            self._wanted[:] = velocity.T
+            self._wanted[:] = wanted.T
         tried = -1
         while True:
             self._points = np.empty_like(self._wanted)  # a law may keep it
-            wanted, now = (self._wanted, *self._given, self._points), self.now
+            velocity, now = (self._wanted, *self._given, self._points), self.now
             state = (
                 self._counts,
                 self._numbers,
@@ -259,7 +267,7 @@ class CommandedSteps:
                 self._looked,
             )
             self.now, why = self._step(
-                (now, end, *self._rates, first), (*state, self._command), wanted, *self._moving,
+                (now, end, *self._rates, first), (*state, self._command), velocity, *self._moving,
                 self._pairs, self._noted, self._kept,
             )  # fmt: skip
             if first == COMMAND and why != ODD:
@@ -273,6 +281,11 @@ class CommandedSteps:
             else:
                 return BY_STEP if why == STALE else why
             first = NOTHING
+
+    @property
+    def pose(self):
+        """Return the poses (n, 3) to which robots have come, for now."""
+        return self._poses[self._counts[STATE]].T
 
     @property
     def points(self):

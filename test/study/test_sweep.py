@@ -501,6 +501,47 @@ def test_an_interruption_is_heeded_by_the_one_that_waits_and_ends_the_others_at_
     assert set(multiprocessing.active_children()) <= before
 
 
+def tells_its_number(place, own):
+    (place / own).write_text(str(os.getpid()))
+
+
+def tells_its_number_and_waits(place, own):
+    tells_its_number(place, own)
+    while True:
+        signal.pause()
+
+
+def has_ended(number):
+    """Return whether the process ``number``, of another parent, runs no more."""
+    try:
+        with open("/proc/{}/stat".format(number)) as stat:
+            return stat.read().rpartition(")")[2].split()[0] in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+def test_workers_whose_parent_is_killed_end_at_work_and_idle(tmp_path):
+    places = [tmp_path / own for own in ("first", "second")]
+    parent = multiprocessing.get_context("fork").Process(target=waits_for_workers, args=(tmp_path,))
+    parent.start()
+    wait_until(lambda: all(path.exists() and path.read_text() for path in places), 60.0)
+    numbers = [int(path.read_text()) for path in places]
+    assert not any(map(has_ended, numbers))
+    parent.kill()
+    parent.join()
+    try:
+        wait_until(lambda: all(map(has_ended, numbers)), 60.0)
+    finally:
+        for number in numbers:
+            if not has_ended(number):
+                os.kill(number, signal.SIGKILL)
+
+
+def waits_for_workers(place):
+    tasks = [(tells_its_number, place, "first"), (tells_its_number_and_waits, place, "second")]
+    dict(on_cores(run_of, tasks, 2))
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
     sweep = [sys.executable, "-m", "mrs_simulator.study.run.command", FOUR, "--out", str(tmp_path)]

@@ -1,9 +1,11 @@
 """Workers of a sweep: processes of this machine, or a Dask cluster."""
 
 import contextlib
+import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
 
@@ -106,8 +108,15 @@ def _begin(printed):
     # Raised in a process that holds a lock of the pool's queues, it would leave the others waiting for it.
     signal.signal(signal.SIGINT, _wait_on)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     if printed is not None:
         sys.stdout = Limited(printed)
+
+
+def _end_with_parent():
+    """End this process, whatever it is at, once the one that began it was killed."""
+    multiprocessing.parent_process().join()
+    os._exit(1)
 
 
 def _wait_on(_number, _frame):

@@ -2,13 +2,13 @@
 """What simulating costs against the number of robots, and against the time simulated: a table and a figure.
 
     python3 benchmarks/growth.py [--quick] [--keep]
+    python3 benchmarks/growth.py --draw     # docs/images/growth.png, of what was kept last
 
 Pioneers in cyclic pursuit drive on a circle without end, 5 m apart, recorded at 10 Hz to run.csv, with what
 ``./demo.sh`` installs: runs from their start, compiled where numba is there, by processor time of the whole
 process, verdict and figures left out.  Sizes: 110 s of 7 to 1,000 robots, fewer of more.  Times: from a
 minute to a day of 7 robots, to six hours of 100, to an hour of 1,000.  A knee would show as a cost that
-rises from one point to the next.  With ``--keep`` the figures go to benchmarks/history.csv and
-docs/images/growth.png.
+rises from one point to the next.  With ``--keep`` the figures go to benchmarks/history.csv.
 """
 
 import argparse
@@ -18,7 +18,7 @@ import os
 import time
 
 from headless import recorder_of, use_compiled
-from history import ROOT, Report
+from history import ROOT, Report, read
 
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.draw.canvas import new_figure, save, styled
@@ -31,7 +31,9 @@ APART, GAIN = (
 SHORT, LONG = 110.0, 86400.0  # [s]
 SIZES = (7, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 TIMES = (60.0, 600.0, 3600.0, 21600.0, LONG)  # [s]
+OF_SPANS = (7, 100, 1000)  # robots
 MOST = 4e6  # [s] of all robots together in one run
+SPANS = ("1 min", "10 min", "1 h", "6 h", "1 d")
 PICTURE = os.path.join(ROOT, "docs", "images", "growth.png")
 OF_SIZE, OF_TIME = "a robot-step of a run", "a simulated second of {} robots after {:g} s"
 
@@ -63,18 +65,36 @@ def seconds(n, duration):
         return time.process_time() - begin, duration / experiment.scenario.step
 
 
+def kept():
+    """Return what was kept last: ``{n: us}`` of a step of one, ``{n: {duration: ms}}`` of a second."""
+    value = {(row["case"], int(row["n"])): float(row["value"]) for row in read()}
+    costs = {n: value[OF_SIZE, n] for n in SIZES}
+    spans = {
+        n: {t: value[OF_TIME.format(n, t), n] for t in TIMES if (OF_TIME.format(n, t), n) in value}
+        for n in OF_SPANS
+    }
+    return costs, spans
+
+
 @styled
 def draw(costs, spans):
-    """Draw what runs cost: ``{n: us}`` of a robot-step, ``{n: {duration: ms}}`` of a simulated second."""
+    """Draw what runs cost, as ``kept`` returns it, to ``PICTURE``."""
     figure = new_figure(7.0, 2.6)
     left, right = figure.subplots(1, 2)
-    left.loglog(list(costs), list(costs.values()), "o-", markersize=4.0)
-    left.set_xlabel("robots")
-    left.set_ylabel("processor time of a robot-step [us]")
+    left.semilogx(list(costs), list(costs.values()), "o-", markersize=4.0)
+    left.set_ylim(0.0, 1.15 * max(costs.values()))
+    left.xaxis.set_major_formatter(lambda n, _: "{:,.0f}".format(n))
+    left.set_xlabel("number of robots")
+    left.set_ylabel("processor time\nof a robot-step [us]")
     for n, of_n in spans.items():
         label = "{:,} robots".format(n)
         right.loglog(list(of_n), list(of_n.values()), "o-", markersize=4.0, label=label)
-    right.set_xlabel("simulated time [s]")
+    right.set_xticks(TIMES, SPANS)
+    right.minorticks_off()
+    every = [cost for of_n in spans.values() for cost in of_n.values()]
+    right.set_ylim(0.5 * min(every), 2.0 * max(every))
+    right.yaxis.set_major_formatter(lambda cost, _: "{:g}".format(cost))
+    right.set_xlabel("simulated time")
     right.set_ylabel("processor time\nof a simulated second [ms]")
     right.legend()
     save(figure, PICTURE)
@@ -85,24 +105,23 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="short runs of few robots alone")
     parser.add_argument("--keep", action="store_true", help="append the figures to the history")
+    parser.add_argument("--draw", action="store_true", help="the figure of what was kept, alone")
     arguments = parser.parse_args()
+    if arguments.draw:
+        return draw(*kept())
     report = Report("growth", arguments.keep)
     use_compiled(True)
     seconds(7, 2.0)  # what is compiled is so by then
     sizes, durations = (SIZES[:4], TIMES[:2]) if arguments.quick else (SIZES, TIMES)
-    costs, spans = {}, {}
     for n in sizes:
         took, steps = seconds(n, min(SHORT, SHORT * 1000 / n))
-        costs[n] = report.note(OF_SIZE, n, 1e6 * took / (steps * n), "us")
-    for n in (7, 100, 1000):
+        report.note(OF_SIZE, n, 1e6 * took / (steps * n), "us")
+    for n in OF_SPANS:
         for duration in durations:
             if n * duration <= MOST and n in sizes:
                 took = 1e3 * seconds(n, duration)[0] / duration
-                case = OF_TIME.format(n, duration)
-                spans.setdefault(n, {})[duration] = report.note(case, n, took, "ms")
+                report.note(OF_TIME.format(n, duration), n, took, "ms")
     report.close()
-    if arguments.keep:
-        draw(costs, spans)
 
 
 if __name__ == "__main__":

@@ -279,7 +279,9 @@ def print_pictures(sizes, seconds, ways, points=0):
                 row.update(robots=n, shown=way)
                 print(ROW.format(**row), flush=True)
                 case = "{}: ".format(NAMES.get(way, way))
+                figures.append((case + "pictures", n, row["frames"], "1/s"))
                 figures.append((case + "CPU", n, row["cpu"], "share"))
+                figures.append((case + "longest at work", n, row["worked"], "ms"))
                 figures.append((case + "pause, 99th percentile", n, row["late"], "ms"))
         finally:
             ended([feeder])

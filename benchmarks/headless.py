@@ -4,10 +4,9 @@
     python3 benchmarks/headless.py [--quick] [--keep]
 
 The world has no obstacles but where lasers see them, steps of 20 ms, a command at each step, collisions
-checked, watchdogs on; "recorded": at 10 Hz to run.csv, by orjson where it is installed.  "From its start":
-by wall time, while the robots move; in the other rows most of seven have arrived.  In the crowd robots
-touch all the time.  Beside them pybullet writes poses of massless bodies, a load known from other
-simulators' figures.  With ``--keep`` the figures go to benchmarks/history.csv.
+checked, watchdogs on, all recorded at 10 Hz to run.csv, by orjson where it is installed.  "From its start":
+by wall time, 110 s of fewer than 10,000 robots, 5 s of so many; with pybullet for a second.  In the crowd
+robots touch all the time.  With ``--keep`` the figures go to benchmarks/history.csv.
 """
 
 import argparse
@@ -23,7 +22,6 @@ import tracemalloc
 from importlib.util import find_spec
 
 import numpy as np
-import pybullet
 from history import Report
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist
@@ -36,7 +34,7 @@ from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.world.world import EVERY, World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-WALL = 1.0  # [s] of one measurement, at least
+WALL = 1.0  # [s] of one measurement with pybullet
 REPEATS = 3
 WHOLE, FEW, MANY = 110.0, 5.0, 10000  # [s] of a run from its start, of one of so many robots
 
@@ -78,25 +76,17 @@ def scenario_of(n, fidelity, kinds=()):
     return Scenario(poses, kinds, fidelity=fidelity, limits="top", control=Control(), duration=1e6)
 
 
-def real_time_factor(
-    n, fidelity, protocol, recorded=False, engine="pybullet", clock=time.process_time
-):
-    """Return simulated over processor time of one experiment, ``recorded`` as a user's or not at all.
-
-    ``engine``: of motion with forces; ``clock``: another one, for wall time.
-    """
-    experiment = Experiment(scenario_of(n, fidelity)._replace(engine=engine), protocol)
+def pybullet_factor(n):
+    """Return simulated over wall time of a recorded run with forces by pybullet, over ``WALL``."""
+    experiment = Experiment(scenario_of(n, "dynamic"), Formation)
     with contextlib.ExitStack() as stack:
         stack.callback(experiment.world.close)
-        samples = experiment.samples()
-        if recorded:
-            samples = experiment.record(recorder_of(experiment, stack))
-        next(samples), next(samples)  # whatever is compiled is so by then
-        begin, simulated = clock(), experiment.world.time
-        while clock() - begin < WALL:
+        samples = experiment.record(recorder_of(experiment, stack))
+        next(samples)  # whatever is loaded is so by then
+        begin, simulated = time.perf_counter(), experiment.world.time
+        while time.perf_counter() - begin < WALL:
             next(samples)
-        elapsed = clock() - begin
-        return (experiment.world.time - simulated) / elapsed
+        return (experiment.world.time - simulated) / (time.perf_counter() - begin)
 
 
 class RandomWalk(PioneerControl):
@@ -180,48 +170,6 @@ def recorder_of(experiment, stack):
     return stack.enter_context(Recorder(path, numbers, layout=layout))
 
 
-def reference(n):
-    """Return the factor at which pybullet alone writes n poses at each step of 20 ms."""
-    client = pybullet.connect(pybullet.DIRECT)
-    shape = pybullet.createCollisionShape(
-        pybullet.GEOM_BOX, halfExtents=[0.2] * 3, physicsClientId=client
-    )
-    bodies = [
-        pybullet.createMultiBody(0, shape, basePosition=[3.0 * i, 0, 0], physicsClientId=client)
-        for i in range(n)
-    ]
-    begin, steps = time.process_time(), 0
-    while time.process_time() - begin < WALL:
-        for i, body in enumerate(bodies):
-            pybullet.resetBasePositionAndOrientation(
-                body, [3.0 * i, 0.01 * steps, 0], [0, 0, 0, 1], physicsClientId=client
-            )
-        pybullet.stepSimulation(physicsClientId=client)
-        steps += 1
-    factor = 0.02 * steps / (time.process_time() - begin)
-    pybullet.disconnect(client)
-    return factor
-
-
-def crowd_factor(n):
-    """Return simulated over processor time of n robots that drive about in a crowd, 0.8 m apart."""
-    world = World(("pioneer3dx",) * n, make_layout("grid", n, spacing=0.8), limits="top")
-    draw = np.random.default_rng(0)
-
-    def drive():
-        command = draw.uniform(-1.0, 1.0, (n, 2))
-        for _ in range(50):  # looking at the clock may take as long as a step
-            world.set_commands(EVERY, command)
-            world.step()
-
-    drive()  # whatever is compiled is so by then
-    begin, steps = time.process_time(), 0
-    while time.process_time() - begin < WALL:
-        drive()
-        steps += 50
-    return 0.02 * steps / (time.process_time() - begin)
-
-
 def memory_per_robot(n):
     """Return what the world holds and what its steps leave behind, [bytes] per robot."""
     poses, kinds = make_layout("grid", n, spacing=0.8), ("pioneer3dx",) * n
@@ -248,12 +196,13 @@ def use_compiled(wanted):
     edge_terms.compiled.cache_clear()
 
 
-HOOK, ARRAYS = "kinematic, by calculateControlLaw", "kinematic, by arrays"
-CASES = (
-    (HOOK, "kinematic", ByHook, (7, 100, 1000)),
-    (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
-)
 RUNS = (  # from their start: the scenario, the law, sizes
+    (
+        "a law robot by robot",
+        functools.partial(scenario_of, fidelity="kinematic"),
+        ByHook,
+        (7, 100, 1000, MANY),
+    ),
     (
         "a run",
         functools.partial(scenario_of, fidelity="kinematic"),
@@ -269,9 +218,7 @@ RUNS = (  # from their start: the scenario, the law, sizes
         (7, 100, 1000),
     ),
 )
-ENGINES = (("dynamic, by arrays", "pybullet"), ("dynamic, fast engine", "planar"))
-CLOCKS = (("", time.process_time), (", by wall time", time.perf_counter))
-COMPILED, RECORDED = "MRS_SIMULATOR_COMPILED", ", recorded"
+COMPILED = "MRS_SIMULATOR_COMPILED"
 
 
 def main():
@@ -288,36 +235,14 @@ def main():
         return report.note(case, n, value, "x real time")
 
     use_compiled(False)
-    for n in (7, 100, 1000):
-        note("reference: pybullet writes poses", n, reference)
-    factors = {}
-    for case, fidelity, protocol, sizes in CASES:
-        for n in sizes:
-            factors[case, n] = note(case, n, real_time_factor, fidelity, protocol)
-            note(case + RECORDED, n, real_time_factor, fidelity, protocol, True)
-    for n, (case, engine), (by, clock) in itertools.product((7, 100), ENGINES, CLOCKS):
-        note(case + by, n, real_time_factor, "dynamic", Formation, False, engine, clock)
-        note(case + RECORDED + by, n, real_time_factor, "dynamic", Formation, True, engine, clock)
-    for n, compiled in itertools.product((100, 1000), (False, True)):
-        if compiled <= bool(find_spec("numba")):
-            use_compiled(compiled)
-            note("kinematic, a crowd in contact" + ", compiled" * compiled, n, crowd_factor)
-    use_compiled(False)
+    for n in (7, 100):
+        case = "dynamic, by arrays, recorded, by wall time"
+        note(case, n, pybullet_factor)
     for (run, scenario, law, sizes), compiled in itertools.product(RUNS, (False, True)):
         for n in sizes if compiled <= bool(find_spec("numba")) else ():
             case = run + " from its start, recorded" + ", compiled" * compiled
             note(case, n, whole_run_factor, compiled, scenario, law)
-    if find_spec("numba"):
-        use_compiled(True)
-        for n in (7, 100, 1000, 10000):
-            for recorded in (False, True):
-                case = ARRAYS + ", compiled" + (RECORDED if recorded else "")
-                note(case, n, real_time_factor, "kinematic", Formation, recorded)
-        use_compiled(False)
-    costs = {n: 0.02e6 / (factors[ARRAYS, n] * n) for n in (100, 1000, 10000)}
-    for n, cost in costs.items():
-        report.note("cost of a robot-step", n, cost, "us")
-    report.note("growth of that cost from 100 robots", 10000, costs[10000] / costs[100], "-")
+    use_compiled(False)
     held, left = memory_per_robot(10000)
     report.note("memory of the world per robot", 10000, held, "bytes")
     report.note("memory left behind by 200 steps per robot", 10000, max(left, 0.0), "bytes")

@@ -1,30 +1,33 @@
 #!/usr/bin/env python3
-"""How fast other simulators run beside this one, round by round on the same machine.
+"""How fast other simulators run, each in its own usual setting, on the machine of the other benchmarks.
 
-    python3 benchmarks/peers.py [--rounds 3] [--seconds 2] [--robots 7 100 1000] [--keep]
+    [MRS_SIMULATOR_PEERS=DIR] python3 benchmarks/peers.py [--rounds 3] [--seconds 1] [--keep] [NAME ...]
 
-Whatever of ARGoS, Stage, ir-sim, pybullet-fleet, the Robotarium and gym-pybullet-drones is installed takes
-part: found as a command or as a package of this interpreter, never fetched.  Each row of each round is a
-process of its own, which builds n robots in a line, 3 m apart (the Robotarium: in its arena), and runs for
-some seconds of processor time.  Figures are medians of simulated seconds per second of processor time.
-What each row includes is printed with it: they do not do the same.
+Whatever of ARGoS, Stage, ir-sim, pybullet-fleet, the Robotarium, MuJoCo and gym-pybullet-drones is
+installed takes part, never fetched: as packages and commands of the virtual environment ``DIR``, else
+of this interpreter and of the path.  Each row of each round is a process of its own, which builds n
+robots in a line, 3 m apart (the Robotarium: in its arena), and lets them drive from their start for a
+second of wall time.  Figures are medians of simulated seconds per second of wall time; loading is left
+out.  What each row includes is printed with it: they do not do the same.
 """
 
 import argparse
 import math
 import os
+import re
 import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from importlib.util import find_spec
+from typing import Callable, NamedTuple
 
 from history import Report
 
 STEP = 0.02  # [s] where a simulator lets us choose
-LONGEST = 120.0  # [s] of wall time for one row of one round
+LONGEST = 60.0  # [s] of wall time for one row of one round
+PEERS = "MRS_SIMULATOR_PEERS"  # where other simulators are
 DRIVE = (0.3, 0.1)  # [m/s, rad/s], the command where a simulator runs no law of ours
 
 
@@ -33,13 +36,13 @@ class NotHere(Exception):
 
 
 def factor(step, simulated, seconds):
-    """Return simulated over processor time of calls of ``step``, of ``simulated`` [s] each."""
+    """Return simulated over wall time of calls of ``step``, of ``simulated`` [s] each."""
     step()
-    begin, count = time.process_time(), 0
-    while time.process_time() - begin < seconds:
+    begin, count = time.perf_counter(), 0
+    while time.perf_counter() - begin < seconds:
         step()
         count += 1
-    return count * simulated / (time.process_time() - begin)
+    return count * simulated / (time.perf_counter() - begin)
 
 
 def chain(x, y, theta, k=0.2, c=2.0, l=0.05):
@@ -51,22 +54,6 @@ def chain(x, y, theta, k=0.2, c=2.0, l=0.05):
     ux[:-1], uy[:-1] = -k * (px[:-1] - px[1:] - c), -k * (py[:-1] - py[1:])
     v = np.cos(theta) * ux + np.sin(theta) * uy
     return v, (np.cos(theta) * uy - np.sin(theta) * ux) / l
-
-
-# This package ---------------------------------------------------------------------------------------
-
-
-def ours(fidelity, protocol, compiled=False):
-    """Return the measure of this package with a protocol of benchmarks/headless.py."""
-
-    def measure(n, seconds):
-        os.environ["MRS_SIMULATOR_COMPILED"] = str(int(compiled))
-        import headless
-
-        headless.WALL = seconds
-        return headless.real_time_factor(n, fidelity, getattr(headless, protocol), True)
-
-    return measure
 
 
 # Packages of Python ---------------------------------------------------------------------------------
@@ -101,8 +88,6 @@ def robotarium(n, seconds):
     import numpy as np
     from rps.robotarium import Robotarium
 
-    if n > 50:
-        raise NotHere("takes 50 robots at most")
     start = np.zeros((3, n))
     start[0] = np.linspace(1.4, -1.4, n)
     given = dict(number_of_robots=n, show_figure=False, sim_in_real_time=False)
@@ -159,52 +144,90 @@ def pybullet_fleet(n, seconds):
 
 
 def drones(n, seconds):
-    """gym-pybullet-drones, whose rotors are told their hover speed."""
+    """gym-pybullet-drones as its examples run it: bullet at 240 Hz, its controllers at 48 Hz, hovering."""
     import numpy as np
+    from gym_pybullet_drones.control.DSLPIDControl import DSLPIDControl
     from gym_pybullet_drones.envs.CtrlAviary import CtrlAviary
+    from gym_pybullet_drones.utils.enums import DroneModel, Physics
 
-    places = np.array([[3.0 * i, 0.0, 1.0] for i in range(n)])
-    world = CtrlAviary(num_drones=n, initial_xyzs=places, pyb_freq=200, ctrl_freq=50, gui=False)
+    rate, side = 48, math.ceil(math.sqrt(n))
+    places = np.array([[k % side, k // side, 1.0] for k in range(n)])
+    given = dict(num_drones=n, initial_xyzs=places, physics=Physics.PYB, gui=False)
+    world = CtrlAviary(drone_model=DroneModel.CF2X, pyb_freq=240, ctrl_freq=rate, **given)
+    controls = [DSLPIDControl(drone_model=DroneModel.CF2X) for _ in range(n)]
+    action = np.zeros((n, 4))
     world.reset()
-    hover = np.full((n, 4), world.HOVER_RPM)
-    return factor(lambda: world.step(hover), STEP, seconds)
+
+    def step():
+        seen = world.step(action)[0]
+        for row, control in enumerate(controls):
+            action[row] = control.computeControlFromState(
+                control_timestep=1.0 / rate, state=seen[row], target_pos=places[row]
+            )[0]
+
+    return factor(step, 1.0 / rate, seconds)
+
+
+ROVER = """<body pos="{x} 0 0.1"><freejoint/>
+ <geom type="box" size="0.22 0.16 0.06" pos="0 0 0.02" mass="9"/>
+ <geom type="sphere" size="0.04" pos="-0.18 0 -0.06" friction="0.001" mass="0.2"/>
+ <body pos="0.05 0.19 0"><joint name="l{k}" axis="0 1 0"/>
+  <geom type="cylinder" size="0.1 0.02" euler="90 0 0" mass="0.5"/></body>
+ <body pos="0.05 -0.19 0"><joint name="r{k}" axis="0 1 0"/>
+  <geom type="cylinder" size="0.1 0.02" euler="90 0 0" mass="0.5"/></body></body>
+"""
+MOTORS = '<velocity joint="l{k}" kv="5"/><velocity joint="r{k}" kv="5"/>'
+MUJOCO = """<mujoco><option timestep="0.005" integrator="implicitfast"/>
+<worldbody><geom type="plane" size="0 0 1"/>{}</worldbody><actuator>{}</actuator></mujoco>
+"""
+
+
+def mujoco(n, seconds):
+    """MuJoCo: rovers on two driven wheels and a caster, steps of 5 ms, wheels told a constant speed."""
+    import mujoco as simulator
+
+    rovers = "".join(ROVER.format(x=3.0 * k, k=k) for k in range(n))
+    motors = "".join(MOTORS.format(k=k) for k in range(n))
+    model = simulator.MjModel.from_xml_string(MUJOCO.format(rovers, motors))
+    data = simulator.MjData(model)
+    forwards, lateral = DRIVE[0] / 0.1, DRIVE[1] * 0.19 / 0.1  # [rad/s]
+    data.ctrl[0::2], data.ctrl[1::2] = forwards - lateral, forwards + lateral
+    return factor(lambda: simulator.mj_step(model, data, 4), STEP, seconds)
 
 
 # Commands -------------------------------------------------------------------------------------------
 
 
-def processor_time_of(command, simulated, folder):
-    """Return ``simulated`` [s] over the processor time of ``command``; ``NotHere`` where it fails."""
-    import resource
-
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+def wall_time_of(command, folder):
+    """Return the wall time [s] of ``command``; ``NotHere`` where it fails."""
+    begin = time.perf_counter()
     done = subprocess.run(
         command, cwd=folder, timeout=LONGEST, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    took = time.perf_counter() - begin
     if done.returncode:
         lines = done.stdout.decode("utf-8", "replace").strip().splitlines() or ["no word"]
         raise NotHere("{}: exit code {}: {}".format(command[0], done.returncode, lines[-1]))
-    took = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return simulated / took
+    return took
 
 
 def by_command(write, simulated, most=math.inf):
     """Return the measure of a command that runs a file which ``write(folder, n, [s])`` writes.
 
-    It runs twice as long until that takes the wanted processor time, at ``most`` so many simulated
-    seconds; loading is taken off, as what a run of one step takes.
+    It runs longer until that takes the wanted time, at ``most`` so many simulated seconds; loading is taken
+    off, as what a run of one step takes.
     """
 
     def measure(n, seconds):
         with tempfile.TemporaryDirectory() as folder:
             span = simulated
-            load = STEP / processor_time_of(write(folder, n, STEP), STEP, folder)
+            load = wall_time_of(write(folder, n, STEP), folder)
             while True:
-                took = span / processor_time_of(write(folder, n, span), span, folder) - load
+                took = wall_time_of(write(folder, n, span), folder) - load
                 if took >= seconds or span >= most:
                     return span / took
-                span = min(2.0 * span, most)
+                longer = min(8.0, max(1.2 * seconds / max(took, 1e-3), 1.5))
+                span = min(longer * span, most)
 
     return measure
 
@@ -266,39 +289,71 @@ def stage(folder, n, simulated):
 
 # The table ------------------------------------------------------------------------------------------
 
-RECORDED = "limits, ramps, collisions, watchdogs, recorder at 10 Hz"
-ROWS = {  # name: (package or command that it takes, measure, what is included)
-    "by the hook": ("mrs_simulator", ours("kinematic", "ByHook"), "the law in Python, " + RECORDED),
-    "by arrays": ("mrs_simulator", ours("kinematic", "Formation"), "the law, " + RECORDED),
-    "by arrays, compiled": ("numba", ours("kinematic", "Formation", True), "the law, " + RECORDED),
-    "full dynamics": ("pybullet", ours("dynamic", "Formation"), "the law, wheels, " + RECORDED),
-    "ARGoS 3": ("argos3", by_command(argos, 10.0), "dynamics2d, one iteration a step, no law"),
-    "Stage": (
-        "stage",
-        by_command(stage, 10.0, OVER),
-        "collisions, a constant speed, no law, no sensors",
+
+class Row(NamedTuple):
+    """A simulator: how it is found, measured, and what a figure includes."""
+
+    needed: str  # a command, or a distribution of Python's with its version
+    measure: Callable
+    included: str
+    sizes: tuple = (7, 100, 1000)
+
+
+ROWS = {
+    "ARGoS": Row(
+        "argos3", by_command(argos, 10.0), "dynamics2d with one iteration a step, a constant command"
     ),
-    "ir-sim": ("irsim", irsim, "the law by arrays, collisions"),
-    "pybullet-fleet": ("pybullet_fleet", pybullet_fleet, "the law by arrays, poses, collisions"),
-    "Robotarium": ("rps", robotarium, "the law by arrays, checks of collisions, steps of 33 ms"),
-    "gym-pybullet-drones": ("gym_pybullet_drones", drones, "rigid bodies at 200 Hz, no law"),
-}
+    "Stage": Row(
+        "stage", by_command(stage, 10.0, OVER), "collisions, a constant command, no sensors"
+    ),
+    "ir-sim": Row("ir-sim", irsim, "a law in arrays, collisions"),
+    "pybullet-fleet": Row(
+        "pybullet-fleet", pybullet_fleet, "a law in arrays, collisions, no physics"
+    ),
+    "Robotarium": Row(
+        "robotarium_python_simulator", robotarium, "a law in arrays, steps of 33 ms", (7,)
+    ),
+    "MuJoCo": Row("mujoco", mujoco, "two driven wheels with forces, steps of 5 ms, a constant command"),
+    "gym-pybullet-drones": Row(
+        "gym-pybullet-drones", drones, "quadrotors hover, 240 Hz, controllers at 48 Hz", (1, 10, 100)
+    ),
+}  # fmt: skip
+COMMANDS = {"argos3": "--version", "stage": "--help"}  # and what tells their version
+VERSION = "import sys, importlib.metadata as m; print(m.version(sys.argv[1]))"
 
 
-def is_here(name):
-    """Return whether what the row ``name`` takes is installed."""
-    needed = ROWS[name][0]
-    if needed in ("argos3", "stage"):
-        return shutil.which(needed) is not None
-    return bool(find_spec(needed))
+def found_in():
+    """Return the interpreter in which other simulators are, and the path of their commands."""
+    folder, path = os.environ.get(PEERS), os.environ.get("PATH", "")
+    if not folder:
+        return sys.executable, path
+    programs = os.path.join(folder, "bin")
+    return os.path.join(programs, "python3"), os.pathsep.join([programs, path])
+
+
+def version(name):
+    """Return the version of the simulator of the row ``name``, None where it is not installed."""
+    needed, (python, path) = ROWS[name].needed, found_in()
+    if needed in COMMANDS:
+        command = [shutil.which(needed, path=path), COMMANDS[needed]]
+    else:
+        command = [python, "-c", VERSION, needed]
+    if command[0] is None:
+        return None
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    told = re.search(r"\d+\.\d[\w.-]*", done.stdout.decode("utf-8", "replace"))
+    return told.group(0) if told else None
 
 
 def measured(name, n, seconds):
     """Return the figure of one row in a process of its own, or why there is none."""
-    command = [sys.executable, os.path.abspath(__file__), "--row", name]
+    python, path = found_in()
+    command = [python, os.path.abspath(__file__), "--row", name]
     command += ["--robots", str(n), "--seconds", str(seconds)]
     try:
-        done = subprocess.run(command, capture_output=True, timeout=LONGEST)
+        done = subprocess.run(
+            command, capture_output=True, timeout=LONGEST, env=dict(os.environ, PATH=path)
+        )
     except subprocess.TimeoutExpired:
         return "takes more than {:g} s".format(LONGEST)
     said = done.stdout.decode("utf-8", "replace").strip().splitlines()
@@ -311,9 +366,11 @@ def measured(name, n, seconds):
 def compare(arguments):
     """Run all rows in turn, round by round, and print the medians."""
     report = Report("peers", arguments.keep)
-    here = [name for name in ROWS if is_here(name)]
-    print("not installed: {}".format(", ".join(sorted(set(ROWS) - set(here))) or "none"))
-    found = {(name, n): [] for name in here for n in arguments.robots}
+    versions = {name: version(name) for name in arguments.names or ROWS}
+    missing = sorted(name for name, told in versions.items() if told is None)
+    print("not installed: {}".format(", ".join(missing) or "none"))
+    here = [name for name, told in versions.items() if told is not None]
+    found = {(name, n): [] for name in here for n in ROWS[name].sizes}
     for k in range(arguments.rounds):
         for key in found:
             if not any(isinstance(value, str) for value in found[key]):
@@ -321,29 +378,34 @@ def compare(arguments):
                 told = "round {}: {}, {}: {}".format(k + 1, *key, found[key][-1])
                 print(told, file=sys.stderr, flush=True)
     for (name, n), values in found.items():
+        case = "{} {}".format(name, versions[name])
         if isinstance(values[-1], str):
-            print("{:44} {:>6} {}".format(name, n, values[-1]))
+            print("{:44} {:>6} {}".format(case, n, values[-1]))
         else:
-            report.note(name, n, statistics.median(values), "x real time")
+            report.note(case, n, statistics.median(values), "x real time")
     for name in here:
-        print("{}: {}".format(name, ROWS[name][2]))
+        print("{}: {}".format(name, ROWS[name].included))
     report.close()
 
 
 def main():
     """Print the table, or the figure of one ``--row``."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(ROWS))
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0, help="of one measurement")
-    parser.add_argument("--robots", type=int, nargs="+", default=[7, 100, 1000])
+    parser.add_argument("--seconds", type=float, default=1.0, help="of one measurement")
     parser.add_argument("--keep", action="store_true", help="append the figures to the history")
     parser.add_argument("--row", choices=ROWS, help=argparse.SUPPRESS)
+    parser.add_argument("--robots", type=int, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
+    unknown = sorted(set(arguments.names) - set(ROWS))
+    if unknown:
+        parser.error("{}: wanted {}".format(", ".join(unknown), ", ".join(ROWS)))
     if arguments.row is None:
         compare(arguments)
         return
     try:
-        print(ROWS[arguments.row][1](arguments.robots[0], arguments.seconds))
+        print(ROWS[arguments.row].measure(arguments.robots, arguments.seconds))
     except NotHere as reason:
         sys.exit(str(reason))
 

@@ -2,11 +2,11 @@
 """How long one call of the safety filter takes: 50 robots that cross, and 50 that crowd into one place.
 
     python3 benchmarks/safety.py [--robots N]
-    python3 benchmarks/safety.py --ring N [N ...]
+    python3 benchmarks/safety.py --ring N [N ...] [--keep]
 
 With ``--ring``: the processor time of 30 s in which N Pioneers with ramps cross a ring, 1.5 m apart at
 first, with the filter and without, where they push each other in its middle; the least of five runs each,
-by turns: those after numba was loaded, where it is installed.
+by turns: those after numba was loaded, where it is installed.  ``--keep``: into benchmarks/history.csv.
 
 Each robot is 0.3 m in radius and wants the other side of a circle, or the middle of a square.  A call
 has to fit the command period: 20 ms at 50 Hz.
@@ -16,6 +16,7 @@ import argparse
 import time
 
 import numpy as np
+from history import Report
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.safety.nearest_velocities import safe_velocities
@@ -86,13 +87,16 @@ def processor_time(n, safety):
     return spent
 
 
-def rings(sizes):
-    """Print the processor times of runs with and without the filter."""
-    print("{:>6} {:>10} {:>12} {:>7}".format("robots", "filter [s]", "without [s]", "ratio"))
+def rings(sizes, keep):
+    """Print the processor times of runs with and without the filter, and ``keep`` them."""
+    report = Report("safety", keep)
     for n in sizes:
         turns = [[processor_time(n, safety) for safety in (True, False)] for _ in range(RUNS)]
         own, free = map(min, zip(*turns))
-        print("{:6d} {:10.2f} {:12.2f} {:7.1f}".format(n, own, free, own / free))
+        report.note("with the filter", n, own, "s")
+        report.note("without the filter", n, free, "s")
+        report.note("with over without", n, own / free, "x")
+    report.close()
 
 
 def main():
@@ -100,9 +104,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--robots", type=int, default=50, metavar="N")
     parser.add_argument("--ring", type=int, nargs="+", metavar="N")
+    parser.add_argument("--keep", action="store_true", help="append those of rings to the history")
     arguments = parser.parse_args()
     if arguments.ring:
-        rings(arguments.ring)
+        rings(arguments.ring, arguments.keep)
         return
     n = arguments.robots
     print("{:24} {:>6} {:>12} {:>10} {:>10}".format("case", "n", "median [ms]", "95 %", "longest"))

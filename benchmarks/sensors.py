@@ -1,22 +1,27 @@
 #!/usr/bin/env python3
 """What sensors cost: heard by nobody, heard by a law, rays and pictures alone.
 
-python3 benchmarks/sensors.py [--turns N] [--check] [--stage]
+    python3 benchmarks/sensors.py [--turns N] [--check] [--stage] [--keep]
+
+With ``--keep`` rays and pictures go to benchmarks/history.csv; a law that reads lasers is in headless.py.
 """
 
 import argparse
 import io
+import itertools
 import os
 import subprocess
 import sys
 import tempfile
 import time
+from importlib.util import find_spec
 
 import numpy as np
 import yaml
+from history import Report
 
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.compiling import is_wanted
+from mrs_simulator.core.compiling import chosen, is_wanted
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
@@ -247,6 +252,22 @@ def rays_per_second(n, k):
     return count * n * k / (time.process_time() - begun)
 
 
+def note_alone(report):
+    """Note in a ``report`` rays by numpy alone and compiled, where numba is, and pictures."""
+    for name, wanted in (("numpy alone", "0"), ("compiled", "1")):
+        with chosen(wanted):
+            for n, k in itertools.product((7, 100), (16, 181)):
+                if wanted == "0" or find_spec("numba"):
+                    case = "{} rays, {}".format(k, name)
+                    report.note(case, n, rays_per_second(n, k), "1/s")
+    for width, height in ((160, 120), (320, 240)):
+        size = "{}x{}".format(width, height)
+        seen, told = picture_seconds(width, height)
+        report.note("picture of " + size, 7, 1e3 * seen, "ms")
+        report.note("messages of a picture of " + size, 7, 1e3 * told, "ms")
+    report.close()
+
+
 def main():
     """Print the table; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -256,7 +277,11 @@ def main():
     parser.add_argument(
         "--stage", action="store_true", help="only what cameras cost a stage, over ROS"
     )
+    text = "append rays and pictures, without the rest, to the history"
+    parser.add_argument("--keep", action="store_true", help=text)
     given = parser.parse_args()
+    if given.keep:
+        return note_alone(Report("sensors", keep=True))
     print(
         "load {:.1f} on {} cores, compiled: {}".format(
             os.getloadavg()[0], os.cpu_count(), is_wanted()
@@ -274,13 +299,7 @@ def main():
             "{:4d} robots, sonar and laser: {:.0f} x real time, {:.1f} times the CPU time without"
         )
         print(text.format(n, duration / took, took / without))
-    for n, k in ((7, 16), (7, 181), (100, 16), (100, 181)):
-        print("{:4d} x {:3d} rays: {:.2e} rays/s".format(n, k, rays_per_second(n, k)))
-    for (width, height), rate in (((160, 120), 10.0), ((320, 240), 5.0)):
-        seen, told = picture_seconds(width, height)
-        text = "camera {} x {}: {:.1f} ms and {:.1f} ms for messages, 7 robots at {:g} Hz {:.2f} of a core"
-        took = 7 * rate * (seen + told)
-        print(text.format(width, height, 1e3 * seen, 1e3 * told, rate, took))
+    note_alone(Report("sensors"))
 
 
 if __name__ == "__main__":

@@ -58,10 +58,11 @@ def wall_time(command):
 
 
 def note_times(report, case, n, command, ends=(0,), repeats=REPEATS):
-    """Note how long ``command`` takes, both ways; return its memory [bytes]."""
+    """Note how long ``command`` takes, both ways, and its memory; return the latter [bytes]."""
     wall, processor, memory = times(command, ends, repeats)
     report.note("{}, wall time".format(case), n, wall, "s")
     report.note("{}, processor time".format(case), n, processor, "s")
+    report.note("{}, memory".format(case), n, memory, "bytes")
     return memory
 
 
@@ -118,10 +119,7 @@ def main():
             note_times(report, "experiment of 110 s in a crowd", n, crowd, (0, 1))
         for n in (100, 1000):
             hour = [*EXPERIMENT, line_of(n, 3600, out), *to]
-            memory = note_times(
-                report, "experiment of an hour in a line", n, hour, (0, 1), repeats=1
-            )
-            report.note("its memory", n, memory, "bytes")
+            note_times(report, "experiment of an hour in a line", n, hour, (0, 1), repeats=1)
         many = [*EXPERIMENT, PAPER, *to, "--robots", str(MANY), "--duration", "2"]
         memory = note_times(report, "experiment of 2 s", MANY, many, (0, 1))
         report.note("its memory per robot", MANY, memory / MANY, "bytes")

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 """How fast robots in air and water go with forces: simulated seconds per second of one process.
 
-    python3 benchmarks/vehicles.py [--quick] [--keep] [--peer]
+    python3 benchmarks/vehicles.py [--quick] [--keep]
 
 Medians of 3.  Quadrotors: rigid bodies, rotors and controllers in substeps of 2 ms, each robot told another
 velocity, without the world around them; the whole world of those that hover; and recorded runs of 110 s
 from their start, under the law ``formation``, compiled as by default.  Vessels: the whole world, steps of
 20 ms, a command at each, current, wind, gusts and waves, collisions checked.  With ``--keep`` the figures
-go to benchmarks/history.csv.  With ``--peer`` gym-pybullet-drones, where it is installed, lets the same
-airframe hover in the same run: bullet and its controllers at 240 Hz, motors without lag.
+go to benchmarks/history.csv.
 """
 
 import argparse
@@ -79,34 +78,6 @@ def run_factor(n):
     return factors[1]  # the first loads
 
 
-def peer(n):
-    """Return a function that lets n Crazyflies of gym-pybullet-drones hover for ``STEP``, 1 m apart."""
-    from gym_pybullet_drones.control.DSLPIDControl import DSLPIDControl
-    from gym_pybullet_drones.envs.CtrlAviary import CtrlAviary
-    from gym_pybullet_drones.utils.enums import DroneModel, Physics
-
-    rate = 240  # [Hz] of its physics and controllers
-    places = np.column_stack([make_layout("grid", n, spacing=1.0)[:, :2], np.ones(n)])
-    model = DroneModel.CF2X
-    env = CtrlAviary(drone_model=model, num_drones=n, initial_xyzs=places, physics=Physics.PYB,
-                     pyb_freq=rate, ctrl_freq=rate, gui=False)  # fmt: skip
-    controls = [DSLPIDControl(drone_model=model) for _ in range(n)]
-    action, whole = np.zeros((n, 4)), [0.0]
-    env.reset()
-
-    def step():
-        whole[0] += STEP * rate
-        while whole[0] >= 1.0:
-            whole[0] -= 1.0
-            seen = env.step(action)[0]
-            for row, control in enumerate(controls):
-                action[row] = control.computeControlFromState(
-                    control_timestep=1.0 / rate, state=seen[row], target_pos=places[row]
-                )[0]
-
-    return step
-
-
 def vessels(n):
     """Return a function that lets n Herons sail for a step."""
     world = World(
@@ -129,12 +100,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one short measurement of each")
     parser.add_argument("--keep", action="store_true", help="append to benchmarks/history.csv")
-    parser.add_argument("--peer", action="store_true", help="gym-pybullet-drones in the same run")
     options = parser.parse_args()
     least, repeats = (0.2, 1) if options.quick else (LEAST, REPEATS)
     report = Report("vehicles", options.keep)
     cases = [("quadrotors", quadrotors, SIZES), ("quadrotors in the world", hovering, SIZES)]
-    cases += [("gym-pybullet-drones", peer, SIZES[:2])] if options.peer else []
     for name, make, sizes in [*cases, ("vessels", vessels, SIZES)]:
         for n in sizes:
             factor = statistics.median(real_time_factor(make(n), least) for _ in range(repeats))

@@ -29,8 +29,7 @@ def tables():
         "scenarios.md": {"keys": keys.table()},
         "shipped_protocols.md": {"protocols": make_protocols.overview()},
         "gallery.md": {"pictures": make_protocols.pictures()},
-        "benchmarks.md": make_speeds.tables(),
-        os.path.join("..", "README.md"): {"speed": make_speeds.sentence(make_speeds.newest())},
+        **make_speeds.tables(),
     }
 
 

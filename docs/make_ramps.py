@@ -92,7 +92,7 @@ def measured(name, jobs=None):
     content, path = content_of(given)
     scenario = scenario_of_file(content, path)
     search = Search(content, path, None, jobs)
-    found = Margins(search, axes_of(content, ALONG), scenario.n).found(together=False)
+    found = Margins(search, axes_of(scenario, content, ALONG), scenario.n).found(together=False)
     space = Space(starts(scenario.poses, given["near"]), scenario.n)
     near = Search(content, path, space, jobs)
     near.nominal()

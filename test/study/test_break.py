@@ -95,6 +95,17 @@ def test_bad_input_is_named_before_anything_runs(path, tmp_path, capsys, options
     assert not (tmp_path / "out").exists()
 
 
+def test_the_threshold_of_a_delay_is_two_steps_of_the_world_that_follow_each_other(path, tmp_path):
+    out = tmp_path / "out"
+    vary = "--vary", "mismatch.delay=[0, 0.9]", "--vary", "control.parameters.gain=[2, 2.5]"
+    assert run(break_, path, "--out", out, "--optimiser", "random", "--formats", "", *vary) == 1
+    thresholds = json.loads((out / "search.json").read_text())["thresholds"]
+    holds, breaks = next(pair for key, *pair in thresholds if key == "mismatch.delay")
+    step = load_scenario(str(out / "counterexample.yaml")).step
+    assert holds / step == pytest.approx(round(holds / step), abs=1e-6)
+    assert abs(breaks - holds) == pytest.approx(step, abs=1e-9)
+
+
 def test_nothing_found_is_no_proof(path, tmp_path, capsys):
     out = tmp_path / "out"
     options = "--vary", "control.parameters.gain=[0.5, 2]", "--optimiser", "random"

@@ -31,6 +31,8 @@ requirements:
   near: always(distance < 10 m)
 """
 
+TWO = scenario_from_dict({"poses": [[0, 0, 0], [3, 0, 0]]})
+
 
 def run(*arguments):
     with pytest.raises(SystemExit) as caught:
@@ -52,6 +54,22 @@ def test_rates_fit_the_step_that_a_scenario_states(tmp_path, capsys):
     (axis,) = json.loads((out / "margins.json").read_text())["axes"]
     assert (axis["tried"], axis["refused"]) == (8, "")
     assert axis["breaks"]["near"] == [5.0, 4.0]
+
+
+def test_delays_are_told_in_the_whole_steps_that_robots_obey(tmp_path, capsys):
+    text = SCENARIO.replace("gain: 3.0", "gain: 2.0") + "links: {delay: 0.0}\n"
+    text = text.replace("duration: 20", "duration: 20\nstep: 0.05")
+    out = tmp_path / "out"
+    along = ["--along", "mismatch.delay=0.73", "--along", "links.delay=0.73"]
+    assert run(scenario_file(tmp_path, text), "--out", out, *along, "--formats", "") == 0
+    robots, edges = json.loads((out / "margins.json").read_text())["axes"]
+    for axis, grain in ((robots, 0.05), (edges, 0.1)):
+        for pair in axis["breaks"].values():
+            if pair:
+                steps = round(pair[0] / grain)
+                assert pair == pytest.approx([steps * grain, (steps + 1) * grain], abs=1e-9)
+    holds, _ = robots["breaks"]["agree"]
+    assert holds > 0.0
 
 
 def test_margins_are_those_of_theory(tmp_path, capsys):
@@ -105,7 +123,7 @@ def test_bad_input_is_named(tmp_path, capsys, text, along, message):
 
 def test_usual_axes_begin_at_what_the_scenario_has():
     content = {"control": {"rate": 20}, "mismatch": {"delay": 0.1, "speed": [1.0, 0.9]}}
-    axes = {(axis.key, axis.end): axis.nominal for axis in axes_of(content)}
+    axes = {(axis.key, axis.end): axis.nominal for axis in axes_of(TWO, content)}
     assert axes["control.rate", 1.0] == 20.0 and axes["mismatch.delay", 1.0] == 0.1
     assert axes["links.loss", 0.9] == 0.0
     assert not any(key == "mismatch.speed" for key, _ in axes)  # a list is no number
@@ -114,13 +132,13 @@ def test_usual_axes_begin_at_what_the_scenario_has():
 def test_axes_begin_at_entries_of_lists():
     content = {"mismatch": {"speed": [1.0, 0.9]}, "sensors": [{"noise": {"range": 0.02}}]}
     wanted = [("mismatch.speed[1]", 0.5), ("sensors[0].noise.range", 0.2)]
-    assert [axis.nominal for axis in axes_of(content, wanted)] == [0.9, 0.02]
+    assert [axis.nominal for axis in axes_of(TWO, content, wanted)] == [0.9, 0.02]
 
 
 @pytest.mark.parametrize("key", ["mismatch.speed[2]", "mismatch.speed.1", "mismatch.speed[-1]"])
 def test_what_is_no_entry_of_a_list_is_refused(key):
     with pytest.raises(ScenarioError, match="wanted a number in the scenario"):
-        axes_of({"mismatch": {"speed": [1.0, 0.9]}}, [(key, 0.5)])
+        axes_of(TWO, {"mismatch": {"speed": [1.0, 0.9]}}, [(key, 0.5)])
 
 
 def test_rates_are_spaced_by_ratios():

@@ -13,7 +13,9 @@ from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS
 from mrs_simulator.study.run.workers import Cores, on_cluster
+from mrs_simulator.study.search.space import varied_scenario
 from mrs_simulator.study.search.trials import Trial, try_variation
+from mrs_simulator.study.search.whole_steps import grain_of, rounded
 
 SPARE = 1e-3  # [-] by more than which a shrunk run has to break what the found one breaks
 RANDOM_SHARE = 0.1  # of the runs are drawn at random before the optimiser begins
@@ -252,10 +254,14 @@ class Search:
         if not holds:
             return None
         held = min(holds, key=lambda end: abs(end - breaks))
+        grain = grain_of(key, varied_scenario(self.content, self.path, variation))
+        held, breaks = rounded(held, grain), rounded(breaks, grain)
         for _ in range(MOST_BISECTIONS):
             if abs(breaks - held) <= THRESHOLD * max(abs(breaks), abs(held)):
                 break
-            middle = 0.5 * (held + breaks)
+            middle = rounded(0.5 * (held + breaks), grain)
+            if middle in (held, breaks):
+                break
             if self.tried([{**variation, key: middle}])[0].is_broken:
                 breaks = middle
             else:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.study.run.sweep import value_under
 from mrs_simulator.study.search.trials import LAW
+from mrs_simulator.study.search.whole_steps import grain_of, rounded
 
 POINTS = 8  # of an axis that are tried before what breaks is bisected
 MOST_BISECTIONS = 8  # each halves what is left between two points
@@ -18,7 +19,8 @@ RATE, SPEED, TRACK = "control.rate", "mismatch.speed", "mismatch.track"
 class Axis(NamedTuple):
     """The values of a scenario's ``key`` from the ``nominal`` one to ``end`` [``unit``].
 
-    ``step`` [s]: of a rate, whose period is a whole number of such steps, or 0.
+    ``step`` [s]: of a rate, whose period is a whole number of such steps, or 0; ``grain`` [s]: of a delay,
+    which is such a number of these itself, or 0.
     """
 
     key: str
@@ -26,6 +28,7 @@ class Axis(NamedTuple):
     end: float
     unit: str = ""
     step: float = 0.0
+    grain: float = 0.0
 
     def at(self, share, end=None):
         """Return the value at ``share`` of the way, 0 the nominal one, 1 the ``end``, or another one's."""
@@ -36,13 +39,19 @@ class Axis(NamedTuple):
             value = self.nominal + share * (end - self.nominal)
         if self.step:
             value = 1.0 / (self.step * max(1, round(1.0 / (value * self.step))))
-        return round(value, 9)
+        return round(rounded(value, self.grain), 9)
 
     def share(self, value):
         """Return at which share of the way ``value`` lies, negative on the other side of the nominal."""
         if self._is_geometric:
             return math.log(max(value, 1e-9) / self.nominal) / math.log(self.end / self.nominal)
         return (value - self.nominal) / (self.end - self.nominal)
+
+    def is_between(self, pair):
+        """Return whether between the shares in ``pair``, if it is one, half way, is another value."""
+        if not pair:
+            return False
+        return self.at(0.5 * sum(pair)) not in map(self.at, pair)
 
     @property
     def _is_geometric(self):
@@ -65,11 +74,11 @@ USUAL = (
 )
 
 
-def axes_of(content, wanted=None):
+def axes_of(scenario, content, wanted=None):
     """Return the ``Axis`` of each in ``wanted``, by default ``USUAL``, from the scenario's own values.
 
-    ``wanted``: ``(key, end)`` pairs.  Raises ``ScenarioError`` for a key of ``wanted`` whose value is
-    no number; of the usual ones such a key is left out.
+    ``content``: what its file says; ``wanted``: ``(key, end)`` pairs.  Raises ``ScenarioError`` for a key
+    of ``wanted`` whose value is no number; of the usual ones such a key is left out.
     """
     if wanted is None:
         points = content.get("fidelity") == "point_mass"  # which have no wheels
@@ -80,6 +89,7 @@ def axes_of(content, wanted=None):
         axes = [_axis(content, key, end) for key, end in wanted]
     step = _nominal(content, "step", 0.0) or 0.0
     axes = [axis._replace(step=step) if axis.key == RATE else axis for axis in axes]
+    axes = [axis._replace(grain=grain_of(axis.key, scenario)) for axis in axes]
     return [axis for axis in axes if axis.nominal != axis.end]
 
 
@@ -163,7 +173,7 @@ class Margins:
         for _ in range(MOST_BISECTIONS):
             asked = []
             for axis, breaks in zip(self._axes, brackets):
-                middles = {0.5 * sum(pair) for pair in breaks.values() if pair}
+                middles = {0.5 * sum(pair) for pair in breaks.values() if axis.is_between(pair)}
                 asked += [(axis, breaks, middle) for middle in sorted(middles)]
             trials = self._search.tried([{axis.key: axis.at(at)} for axis, _, at in asked])
             for (_, breaks, middle), trial in zip(asked, trials):

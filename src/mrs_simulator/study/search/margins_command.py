@@ -48,7 +48,7 @@ def margins(arguments):
     scenario = scenario_of_file(content, path)
     wanted = None if arguments.along is None else [_along(text) for text in arguments.along]
     check_keys(dict(wanted or ()), content, path, "--along")
-    axes = axes_of(content, wanted)
+    axes = axes_of(scenario, content, wanted)
     search = Search(content, path, None, arguments.jobs, arguments.scheduler, tell)
     os.makedirs(arguments.out, exist_ok=True)
     found = Margins(search, axes, scenario.n).found()

@@ -138,6 +138,23 @@ def test_a_crowd_that_newtons_method_does_not_find_is_solved_as_exactly(speed, m
     assert (kept.pressure(velocity) - kept.limit).max() < 1e-8
 
 
+def test_rows_that_contradict_each_other_are_given_up_at_once():
+    # Six robots in the plane cannot close up fifteen gaps as fast as one likes.
+    draw = np.random.default_rng(1)
+    points, excess = draw.uniform(0.0, 3.0, (6, 2)), draw.uniform(0.0, 1.0, 15)
+    rows = nearest_velocities._pair_rows(points, 0.9, PERIOD, 1.0)
+    dual, free = nearest_velocities._Dual(np.zeros((6, 2)), rows), np.zeros(12)
+    limits = 0.0, nearest_velocities.RESIDUAL, nearest_velocities.ASTRAY
+    place, share, none = dual._place.astype(np.uint64), dual._share, np.empty(0)
+    for count in (5, 15):
+        active, own = np.arange(count), excess[:count]
+        found = nearest_velocities._solved(dual.slope(active, free), own)
+        assert (found is None) == (count == 15)
+        looped, solved = compiled_filter.solved(place, share, active, free, none, own, limits)
+        assert solved == (count == 5)
+        assert found is None or found.tobytes() == looped.tobytes()
+
+
 @pytest.mark.release  # compiling takes long
 def test_the_filter_is_compiled_ahead():
     pytest.importorskip("numba")

@@ -142,7 +142,7 @@ def solve(wanted, first, second, of_first, of_second, limit, alone, near, speed,
 
     As ``_among`` from where wanted velocities are turned aside.  ``near`` (m,) grows by rows that robots
     are pushed towards; ``speed`` (n,), or (0,) for no caps; ``accuracy``: ``LEAST``, ``TOLERANCE``,
-    ``RESIDUAL``, ``STEPS``, and ``FIRST`` and ``SWEEPS``.
+    ``RESIDUAL``, ``ASTRAY``, ``STEPS``, and ``FIRST`` and ``SWEEPS``.
     """
     velocity, pressure = wanted, np.empty(len(limit))
     press(velocity, first, second, of_first, of_second, alone, pressure)
@@ -191,9 +191,9 @@ def nearest(wanted, first, second, of_first, of_second, limit, alone, kept, spee
             share[axis, k] = of_first[kept[k], axis]
             share[d + axis, k] = of_second[kept[k], axis]
     begun, uncapped = wanted.copy().reshape(n * d), speed[:0]
-    _, tolerance, residual, steps, sweeps = accuracy
+    _, tolerance, residual, astray, steps, sweeps = accuracy
     scale = max(1e-3, np.abs(most).max(), np.abs(begun).max())
-    limits, force, free = (tolerance * scale, residual), np.zeros(m), np.empty(n * d)
+    limits, force, free = (tolerance * scale, residual, astray), np.zeros(m), np.empty(n * d)
     found = False
     for caps in (uncapped, speed):
         found = by_newton(begun, place, share, most, caps, force, free, steps, limits)
@@ -306,7 +306,11 @@ def by_newton(begun, place, share, most, speed, force, free, steps, limits):
             continue
         for a in range(count):
             right[a] = excess[active[a]]
-        change = solved(place, share, active[:count], free, speed, right[:count], limits[1])
+        change, consistent = solved(
+            place, share, active[:count], free, speed, right[:count], limits
+        )
+        if not consistent:
+            return False
         for a in range(count):
             force[active[a]] += change[a]
         push(begun, place, share, force, free)
@@ -322,8 +326,9 @@ def summed(a, b):
     return total
 
 
-def solved(place, share, active, free, speed, right, residual):
-    """Return what ``_solved`` returns of ``_Dual.slope`` of the rows ``active`` (k,)."""
+def solved(place, share, active, free, speed, right, limits):
+    """Return what ``_solved`` returns of ``_Dual.slope`` of the rows ``active`` (k,), and whether that is
+    not None."""
     k, factor, ahead = len(active), np.empty(len(speed)), np.empty(len(free) if len(speed) else 0)
     own_place, own_share = np.empty((len(place), k), dtype=np.uint64), np.empty((len(place), k))
     for row in range(len(place)):
@@ -333,7 +338,7 @@ def solved(place, share, active, free, speed, right, residual):
     x, left, along = np.zeros(k), right.copy(), right.copy()
     moved, pushes = np.empty(k), np.empty(len(free))
     size = summed(left, left)
-    least = residual * residual * size
+    least, most = limits[1] * limits[1] * size, limits[2] * limits[2] * size
     for _ in range(2 * k):
         fall(own_place, own_share, along, factor, ahead, pushes, moved)
         curved = summed(along, moved)
@@ -344,10 +349,12 @@ def solved(place, share, active, free, speed, right, residual):
             x[a] = x[a] + step * along[a]
             left[a] = left[a] - step * moved[a]
         before, size = size, summed(left, left)
+        if size > most:
+            return x, False
         again = size / before
         for a in range(k):
             along[a] = left[a] + again * along[a]
-    return x
+    return x, True
 
 
 def slopes_of_caps(free, speed, factor, ahead):

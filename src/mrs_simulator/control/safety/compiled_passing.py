@@ -20,6 +20,7 @@ from mrs_simulator.control.safety.compiled_filter import (
 )
 from mrs_simulator.control.safety.deadlock_detector import HELD, MOVES, NEARBY
 from mrs_simulator.control.safety.nearest_velocities import (
+    ASTRAY,
     FIRST,
     FIXED_RATE,
     GAMMA,
@@ -118,7 +119,8 @@ def greatest(velocity):
 def nearest(wanted, points, terms, bounds, speed):
     """Return the velocities (n, 2) nearest to ``wanted``, as ``safe_velocities`` does."""
     distance, (least, largest, latest, slowest), period, slowness, waits = terms
-    accuracy, fastest = (LEAST, TOLERANCE, RESIDUAL, STEPS, (FIRST, SWEEPS)), 2.0 * greatest(wanted)
+    accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
+    fastest, n = 2.0 * greatest(wanted), len(wanted)
     within = most_distant(fastest, least, largest, period, GAMMA, latest, slowest)
     while True:
         given = distance, period, slowness, waits
@@ -132,7 +134,8 @@ def nearest(wanted, points, terms, bounds, speed):
             velocity = scaled(velocity, feasible_share(pressure, limit))
         else:
             velocity = capped(wanted, speed) if len(speed) else wanted
-        if within == np.inf or not greatest(velocity) > fastest:
+        known = len(limit) - len(bounds[2]) == n * (n - 1) // 2  # all pairs
+        if known or not greatest(velocity) > fastest:
             return velocity
         within = np.inf
 

@@ -23,6 +23,7 @@ STEPS = 12  # [-] most steps of the solver by Newton's method
 FIRST = 20  # [-] steps by gradients before Newton's method begins anew
 SWEEPS = 400  # [-] most steps of the solver by gradients
 RESIDUAL = 1e-12  # [-] that is left of linear equations
+ASTRAY = 1e6  # [-] up to which it grows at first: beyond, rows contradict each other
 NONE = np.empty(0)  # what the compiled loops take for nothing
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 WORTH = 40000  # [-] robots of all calls that take as long as numba takes to load
@@ -174,7 +175,7 @@ def _looped_shares(loops, wanted, seen, distance, rows, bounds):
 
 def _looped_solution(loops, wanted, rows, near, speed):
     """As ``_solution``, by the ``loops``."""
-    accuracy = LEAST, TOLERANCE, RESIDUAL, STEPS, (FIRST, SWEEPS)
+    accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
     speed = NONE if speed is None else np.array(speed, dtype=float)
     return loops.solve(np.ascontiguousarray(wanted), *rows, near, speed, accuracy)
 
@@ -481,8 +482,11 @@ def _by_newton(dual, force, tolerance):
             excess = dual.excess(free)
         if not len(active):
             continue
+        change = _solved(dual.slope(active, free), excess[active])
+        if change is None:
+            return None
         force = force.copy()
-        force[active] += _solved(dual.slope(active, free), excess[active])
+        force[active] += change
         free = dual.free(force)
         excess = dual.excess(free)
     return None
@@ -501,11 +505,12 @@ def _lengths(a):
 def _solved(matrix, right):
     """Return x (k,) with ``matrix(x) = right``, linear and semi-definite, by conjugate gradients.
 
-    They need no LAPACK, whose threads cost more than so few rows.
+    None where no x has: then what is left grows without end.  They need no LAPACK, whose threads cost more
+    than so few rows.
     """
     x, left = np.zeros(len(right)), right
     along, size = left, _summed(left * left)
-    least = RESIDUAL * RESIDUAL * size
+    least, most = RESIDUAL * RESIDUAL * size, ASTRAY * ASTRAY * size
     for _ in range(2 * len(right)):
         moved = matrix(along)
         curved = _summed(along * moved)
@@ -514,6 +519,8 @@ def _solved(matrix, right):
         x = x + size / curved * along
         left = left - size / curved * moved
         before, size = size, _summed(left * left)
+        if size > most:
+            return None
         along = left + size / before * along
     return x
 
@@ -521,8 +528,8 @@ def _solved(matrix, right):
 def _by_both(dual, rows, tolerance):
     """Return the forces (m,) by Newton's method from where gradients lead, or those of gradients alone.
 
-    In a crowd more pairs touch than hold, and it goes from one choice of these to the next in circles: from
-    near the solution it goes there.
+    In a crowd more pairs touch than hold, and it may choose some that cannot all be kept at their limits:
+    from near the solution it goes there.
     """
     force, step, spent, done = np.zeros(len(rows.limit)), _gains(rows, dual.n), 0, False
     while spent < SWEEPS and not done:

@@ -11,6 +11,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from matplotlib.ticker import LogLocator
 
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.record.recording import Collision, Run
@@ -463,3 +464,26 @@ def test_paths_of_different_kinds_have_looks_of_their_own(count, monkeypatch):
     assert set(looks) == names and labels == names | {"Start", "Final pose"}
     assert len({look[1:] for look in looks.values()}) == count
     assert sum(look[0] for look in looks.values()) == 20
+
+
+def test_what_drawings_leave_out_changes_no_bytes(monkeypatch, tmp_path):
+    """A figure with a title, one without, and minor ticks of a logarithmic axis that lie on major ones."""
+
+    def drawn(name):
+        figure = report.new_figure()
+        plain, logarithmic = figure.subplots(2, 1)
+        plain.plot([0.0, 3.0], [1.0, 2.0])
+        logarithmic.plot([1.0, 2.0], [0.1, 20.0])
+        logarithmic.set_yscale("log")
+        logarithmic.yaxis.set_minor_locator(LogLocator(subs=(1.0, 2.0), numticks=99))
+        logarithmic.yaxis.set_tick_params(which="minor", length=20.0)
+        logarithmic.set_title("Title")
+        logarithmic.xaxis.tick_top()
+        canvas.settle(figure)
+        return [
+            content(canvas.save(figure, str(tmp_path / (name + kind)))) for kind in (".png", ".pdf")
+        ]
+
+    found = drawn("found")
+    monkeypatch.setattr(canvas, "_leave_out", lambda figure: None)
+    assert drawn("expected") == found

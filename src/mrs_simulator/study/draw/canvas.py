@@ -14,6 +14,7 @@ import matplotlib
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from mrs_simulator.core.writing import write_bytes
 from mrs_simulator.study.draw.style import WIDTHS
@@ -97,6 +98,7 @@ def settle(figure):
     The solver of the layout leaves its last digits to chance: places are rounded, so that the same
     run gives the same bytes.
     """
+    _leave_out(figure)
     if hasattr(figure, "set_layout_engine"):  # matplotlib 3.6
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
@@ -105,6 +107,18 @@ def settle(figure):
         figure.set_constrained_layout(False)
     for axes in figure.axes:
         axes.set_position([round(value, 4) for value in axes.get_position(original=True).bounds])
+
+
+def _leave_out(figure):
+    """Keep each drawing of ``figure`` from looking for what it does not have, a twentieth of its time.
+
+    For the place of titles that are empty, and for major ticks that minor ones might lie on.
+    """
+    for axes in figure.axes:
+        if not any(map(axes.get_title, ("left", "center", "right"))):
+            axes.set_title("", y=1.0)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.remove_overlapping_locs = not isinstance(axis.get_minor_locator(), NullLocator)
 
 
 @styled

@@ -27,15 +27,17 @@ main(sys.argv[1:])
 """
 
 
-def test_figures_drawn_apart_are_those_drawn_here(tmp_path):
+@pytest.mark.parametrize("name, count", [("paper", 5), ("crazyflies_bearings", 7)])
+def test_figures_drawn_apart_are_those_drawn_here(tmp_path, name, count):
     apart, here = tmp_path / "apart", tmp_path / "here"
-    command = [sys.executable, "-c", PROGRAM, PAPER, "--out", str(apart), "--duration", "1"]
+    scenario = os.path.join(ROOT, "scenarios", name + ".yaml")
+    command = [sys.executable, "-c", PROGRAM, scenario, "--out", str(apart), "--duration", "1"]
     command += ["--formats", "png"]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, timeout=120)
     assert done.returncode in (0, 1)
-    run_experiment(load_scenario(PAPER).changed(duration=1.0), str(here), formats=("png",))
+    run_experiment(load_scenario(scenario).changed(duration=1.0), str(here), formats=("png",))
     drawn = sorted(p.name for p in apart.iterdir() if p.suffix == ".png")
-    assert len(drawn) == 5
+    assert len(drawn) == count
     for name in drawn:
         assert (apart / name).read_bytes() == (here / name).read_bytes(), name
 

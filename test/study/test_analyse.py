@@ -168,6 +168,26 @@ def test_what_is_printed_can_be_stated_as_claims(tmp_path, capsys):
     assert simulate(content).verdict["outcome"] == "failed"
 
 
+SAID = {  # what pointMassLaw returns: what must be said of it, and what must not
+    "-0.4 * L @ hand + [0.1, 0.0]": ("else ends          each robot at 0.3333 x1 +", ["\n  ends "]),
+    "-0.4 * (hand - [1.0, 2.0])": ("from any start at (1, 2), (1, 2), (1, 2)", []),
+    "-np.tanh(L @ hand)": ("x3\n  slowest decay      1 1/s", ["moves for ever", "offset"]),
+    "[[1, -2, 1], [2, -3, 1], [1, 0, -1]] @ hand": ("each robot at 1.5 x1 - 1 x2 + 0.5 x3", []),
+    "-np.sign(L @ hand)": ("is a gradient      not told", ["gradient      yes"]),
+    "np.random.randn() - 0.4 * L @ hand": ("chance", ["used and not declared", "robot1 from"]),
+}
+
+
+@pytest.mark.parametrize("law", SAID)
+def test_what_is_said_of_a_law_is_so(law, tmp_path, capsys):
+    path, (wanted, unwanted) = tmp_path / "own.py", SAID[law]
+    body = "        L = self.topology.laplacian()\n        return " + law
+    path.write_text(LAW.split("        return")[0] + body)
+    assert run(path, "--robots", 3, "--topology", "path") == 0
+    said = capsys.readouterr().out
+    assert wanted in said and not any(each in said for each in unwanted), said
+
+
 @pytest.mark.parametrize(
     "law, message",
     [

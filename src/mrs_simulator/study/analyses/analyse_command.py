@@ -21,9 +21,14 @@ from mrs_simulator.verdict.derived.linear_law import weights_of
 
 REPORT = "analysis.json"
 ROBOTS, TOPOLOGY, SIZE, APART = 5, "ring", 8.0, 1.0
-YES = {True: "yes", False: "no"}
+GRADIENT = {
+    True: "yes",
+    False: "no",
+    None: "not told: velocities jump, and stay the same between jumps",
+}
 MOST_LISTED = 12  # robots, or eigenvalues, of which each is printed
 DIGITS = 9  # of what is printed to be pasted
+RESTING = 1e-6  # [-] of the extent, to which a place of rest is found
 SHOWN = 1e-9  # [-] of the largest, below which numbers are printed as zero
 
 
@@ -107,7 +112,7 @@ def report_of(scenario, facts, probe):
         "robots": scenario.n,
         "states": probe.asked,
         "depends_on": facts.memory or ("headings" if facts.headings else "positions"),
-        "receives": _edges(np.any(facts.receives, axis=0)),
+        "receives": facts.receives and _edges(np.any(facts.receives, axis=0)),
         "declared": _edges(_declared(scenario)),
         "translation": facts.translation,
         "rotation": facts.rotation,
@@ -174,7 +179,7 @@ def lines_of(scenario, facts, report):
         rows.append(
             ("is the same under", " and ".join(moved) or "neither translation nor rotation")
         )
-        rows.append(("is a gradient", YES[facts.gradient]))
+        rows.append(("is a gradient", GRADIENT[facts.gradient]))
         rows.append(("linear", _linear(facts)))
         if facts.equilibria:
             rows.append(("equilibria", _rests(report["equilibria"])))
@@ -202,6 +207,8 @@ def _depends(facts):
 
 def _receives(facts, report):
     """Return who receives from whom, and where that is not the declared topology."""
+    if facts.receives is None:
+        return "not told: answers differ whoever moved"
     found, declared = (list(map(tuple, report[key])) for key in ("receives", "declared"))
     if not declared:
         return _pairs(found) or "from nowhere"
@@ -217,10 +224,9 @@ def _receives(facts, report):
         )
     counts = [int(who.sum() - np.trace(who)) for who in facts.receives]
     if len(set(counts)) > 1:
-        spans = [
-            "{} over {:g} times the start's extent".format(*each) for each in zip(counts, SCALES)
-        ]
-        text += " (by distance: edges {})".format(", ".join(spans))
+        text += "; by distance: {} edges over {} times the start's extent".format(
+            *(", ".join(map("{:g}".format, each)) for each in (counts, SCALES))
+        )
     return text
 
 
@@ -254,10 +260,12 @@ def _theory_rows(scenario, facts, report):
     if theory["held_rate"] is not None and not theory["held_rate"] > 0.0:
         text = "no: commands held at {:g} Hz overshoot".format(scenario.control.rate)
         rows.append(("stable", text))
-    drift = np.array(theory["drift"])
-    if np.abs(drift).max() > SHOWN:
-        rows.append(("moves for ever", "at up to {:.4g} m/s".format(np.abs(drift).max())))
-    rows.append(("ends", _ends(linear, report["robots"])))
+    drift, ends = np.abs(theory["drift"]).max(), _ends(facts, report["robots"])
+    # Where a law was linearised it rests, but for rounding.
+    if facts.equilibrium is None and drift > SHOWN:
+        rows += [("moves for ever", "at up to {:.4g} m/s".format(drift)), ("else ends", ends)]
+    else:
+        rows.append(("ends", ends))
     if theory["rate"] is None:
         return rows
     text = "{:.6g} 1/s; held at {:g} Hz {:.6g} 1/s"
@@ -284,16 +292,32 @@ def _values(values):
     return ", ".join(counted[:MOST_LISTED]) + (", and {} more".format(more) if more > 0 else "")
 
 
-def _ends(linear, n):
+def _ends(facts, n):
+    linear = facts.linear
     if not linear.zeros:
-        return "at one place each, from any start"
+        return "from any start at " + _places(linear.offset.reshape(n, -1))
     weights = weights_of(linear.projection, n)
     if weights is None or np.ptp(weights, axis=0).max() > SHOWN:
         return "where the start's share in {} modes that stay puts it".format(linear.zeros)
-    shares = ["{:.4g} x{}".format(w, i + 1) for i, w in enumerate(weights[0]) if abs(w) > SHOWN]
-    text = "each robot at {}".format(" + ".join(shares))
-    moved = np.abs(linear.offset).max() > SHOWN * max(1.0, np.abs(linear.projection).max())
-    return text + ", and its own offset" if moved else text
+    text = "each robot at {}".format(_sum(weights[0]))
+    least = SHOWN * max(1.0, np.abs(linear.projection).max())
+    if facts.equilibrium is not None:  # which is known to so much alone
+        least = RESTING * max(1.0, np.abs(facts.equilibrium).max())
+    return text + ", and its own offset" if np.abs(linear.offset).max() > least else text
+
+
+def _places(points):
+    """Return the ``points`` (n, d) [m] in words."""
+    shown = ["({})".format(", ".join(map("{:.4g}".format, each))) for each in points + 0.0]
+    more = len(shown) - MOST_LISTED
+    return ", ".join(shown[:MOST_LISTED]) + (", and {} more".format(more) if more > 0 else "")
+
+
+def _sum(weights):
+    """Return the sum of robots' places with these ``weights`` in words: "0.5 x1 - 0.2 x2"."""
+    terms = [(w, "{:.4g} x{}".format(abs(w), i + 1)) for i, w in enumerate(weights)]
+    text = "".join((" - " if w < 0.0 else " + ") + term for w, term in terms if abs(w) > SHOWN)
+    return text[3:] if text.startswith(" + ") else text[1:]
 
 
 def _claims(facts, report):

@@ -25,6 +25,7 @@ SOUGHT = 4  # states at each scale, from which other equilibria are looked for
 FARTHEST = 10.0  # [-] of the extent, beyond which an equilibrium is not reported
 ALIKE = 1e-3  # [-] of the largest eigenvalue, by which those of one equilibrium may differ
 AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
+CHANCE = "chance"  # what a law's velocities may depend on
 
 
 class Probe:
@@ -80,19 +81,20 @@ def facts_of(probe):
     """Return the ``Facts`` of the law behind ``probe``.
 
     ``memory``: "", or what velocities depend on besides positions: time, the calls before, chance;
-    ``headings``: whether on headings; ``receives``: for each scale the matrix (n, n) of who moves whom;
-    ``translation``, ``rotation``: whether velocities stay, or turn with the team; ``gradient``:
-    whether the derivative is symmetric; ``residual`` [-]: of u = c - M x; ``linear``: the
-    ``linear_theorem``, of the law itself or near its ``equilibrium`` (n, d), or None;
-    ``equilibria``: of a law that is not linear, ``(points, linear_theorem)`` of those with different
-    eigenvalues; ``matrix``, ``constant``: M and c.
+    ``headings``: whether on headings; ``receives``: for each scale the matrix (n, n) of who moves whom,
+    None of a law by chance, whose answers differ whoever moved; ``translation``, ``rotation``: whether
+    velocities stay, or turn with the team; ``gradient``: whether the derivative is symmetric, None of a
+    law that only jumps; ``residual`` [-]: of u = c - M x; ``linear``: the ``linear_theorem``, of the law
+    itself or near its ``equilibrium`` (n, d), or None; ``equilibria``: of a law that is not linear,
+    ``(points, linear_theorem)`` of those with different eigenvalues; ``matrix``, ``constant``: M and c.
     """
     states = np.concatenate([probe.states(scale, CHECKED) for scale in SCALES])
     theta = probe.random.uniform(-np.pi, np.pi, states.shape[:2])
     same = _sameness(probe.at(states, theta))
     memory = _memory(probe, states, theta, same)
     headings = not memory and not same(probe.at(states, theta + 1.0))
-    plain = {"memory": memory, "headings": headings, "receives": _receives(probe)}
+    receives = None if memory == CHANCE else _receives(probe)
+    plain = {"memory": memory, "headings": headings, "receives": receives}
     if memory or headings:
         unknown = dict.fromkeys(Facts._fields)
         return Facts(**{**unknown, **plain, "asked": probe.asked})
@@ -112,7 +114,7 @@ def facts_of(probe):
         **plain,
         translation=same(moved),
         rotation=same(probe.at(states @ turn) @ turn.T),
-        gradient=all(np.abs(j - j.T).max() <= SYMMETRIC * np.abs(j).max() for j in derivative),
+        gradient=_is_gradient(derivative, is_linear),
         residual=fit.residual,
         linear=linear_theorem(matrix, constant, exact=False) if known else None,
         equilibrium=equilibrium,
@@ -148,7 +150,7 @@ def _sameness(velocities):
 def _memory(probe, states, theta, same):
     """Return what velocities depend on besides the state, "" for nothing."""
     if not same(probe.at(states, theta)):
-        return "chance"
+        return CHANCE
     if not same(probe.at(states, theta, LATER)):
         return "time"
     in_turn = probe.at(states, theta, fresh=False)
@@ -181,6 +183,13 @@ def jacobian(probe, state):
     theta = np.zeros((count, probe.n))
     ahead, behind = (probe.at(state + sign * offsets, theta, fresh=False) for sign in (1.0, -1.0))
     return ((ahead - behind) / (2.0 * size)).reshape(count, count).T
+
+
+def _is_gradient(derivatives, is_linear):
+    """Return whether all ``derivatives`` are symmetric; None of a law that only jumps, as signs do."""
+    if not is_linear and not any(each.any() for each in derivatives):
+        return None
+    return all(np.abs(j - j.T).max() <= SYMMETRIC * np.abs(j).max() for j in derivatives)
 
 
 def _fit(probe):

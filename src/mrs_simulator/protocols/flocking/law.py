@@ -260,26 +260,10 @@ class CuckerSmale(DoubleIntegrator):
         )
         slowest = self.gain * float(flocking_equations.communication(bound, self.beta, self.reach))
 
-        def spreads(run):
-            return np.array([flocking_equations.diameter(v) for v in self.velocities(run)])
-
         def over_bound(run):
             allowed = np.exp(-slowest * (run.time - run.time[0]))
-            ratio = spreads(run) / spread / np.maximum(allowed, FLOOR)
+            ratio = self._spreads(run) / spread / np.maximum(allowed, FLOOR)
             return float(np.max(ratio[1:], initial=0.0))  # the first is 1 by construction
-
-        def fastest(run):
-            velocities, time = self.velocities(run), run.time
-            apart = np.linalg.norm(velocities - velocities.mean(axis=1, keepdims=True), axis=(1, 2))
-            kept = np.flatnonzero(apart[1:] > RESOLVED * apart[0])
-            step = np.diff(time)[kept]
-            # Until the next sample two robots come nearer by what their velocities differ at most.
-            nearest = np.array([least_distance(hand) for hand in run.hand])[kept]
-            nearest = np.maximum(nearest - step * spreads(run)[kept], 0.0)
-            weight = flocking_equations.communication(nearest, self.beta, self.reach)
-            commands = np.rint(step / self.period)
-            allowed = -commands * np.log1p(-self.gain * self.period * weight)
-            return float(np.max(np.log(apart[kept] / apart[kept + 1]) / allowed, initial=0.0))
 
         def sizes(run):
             return max(flocking_equations.diameter(hand) for hand in run.hand)
@@ -294,7 +278,7 @@ class CuckerSmale(DoubleIntegrator):
                 "growth of the velocity spread [-]",
                 0.0,
                 1e-9,
-                lambda run: float(np.diff(spreads(run)).max(initial=0.0)),
+                lambda run: float(np.diff(self._spreads(run)).max(initial=0.0)),
                 "at most",
                 True,
             ),
@@ -302,10 +286,27 @@ class CuckerSmale(DoubleIntegrator):
         if spread > 0.0:
             claims += [
                 Claim("velocity spread over its bound [-]", 1.0, 1e-6, over_bound, "at most", True),
-                Claim(FASTEST, 1.0, 1e-6, fastest, "at most", True),
+                Claim(FASTEST, 1.0, 1e-6, self._fastest, "at most", True),
                 Claim("largest diameter of the flock [m]", bound, 1e-6, sizes, "at most", True),
             ]
         return conditions + [claim for claim in claims if np.isfinite(claim.predicted)]
+
+    def _spreads(self, run):
+        return np.array([flocking_equations.diameter(v) for v in self.velocities(run)])
+
+    def _fastest(self, run):
+        """Return the largest rate [-] at which velocities agree, over that of the least distance."""
+        velocities, time = self.velocities(run), run.time
+        apart = np.linalg.norm(velocities - velocities.mean(axis=1, keepdims=True), axis=(1, 2))
+        kept = np.flatnonzero(apart[1:] > RESOLVED * apart[0])
+        step = np.diff(time)[kept]
+        # Until the next sample two robots come nearer by what their velocities differ at most.
+        nearest = np.array([least_distance(hand) for hand in run.hand])[kept]
+        nearest = np.maximum(nearest - step * self._spreads(run)[kept], 0.0)
+        weight = flocking_equations.communication(nearest, self.beta, self.reach)
+        commands = np.rint(step / self.period)
+        allowed = -commands * np.log1p(-self.gain * self.period * weight)
+        return float(np.max(np.log(apart[kept] / apart[kept + 1]) / allowed, initial=0.0))
 
     def measures(self, run):
         """Return order and least distance of the flock, and the spread of velocities [m/s]."""

@@ -93,10 +93,26 @@ class DynamicMotion:
             for group, limits in zip(self.team.groups, self._limits)
         ]
         self._models = {}
-        self._client = pybullet.connect(pybullet.DIRECT)
         self._substeps = max(1, int(np.ceil(step / substep - 1e-9)))
+        self._open(iterations, obstacles)
+        self._bodies = {}  # by row
+        self._populate(poses)
+        models = [self._models[kind] for kind in self.team.kinds]
+        self._ahead = shared([model.ahead for model in models])
+        self._wheels = [model.wheels for model in models]
+        self._torques = [[kind.numbers.torque] * 2 for kind in self.team.kinds]
+        self._mirrored = np.array(mirrored, dtype=int)
+        self._pushed = [self._wheel_forces(group, self._bodies) for group in self.team.groups]
+        self._plane = Bodies(self.team, obstacles, mirrored)
+        for row in set(mirrored) & set(self._bodies):
+            self._make_firm(row)
+        self._begin(np.array(poses, dtype=float))
+
+    def _open(self, iterations, obstacles):
+        """Open the solver, with the ground and the ``obstacles`` in it."""
+        self._client = pybullet.connect(pybullet.DIRECT)
         pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=step / self._substeps,
+            fixedTimeStep=self.step / self._substeps,
             numSolverIterations=iterations,
             numSubSteps=0,
             deterministicOverlappingPairs=1,
@@ -112,18 +128,6 @@ class DynamicMotion:
         fixed = [None if is_flat(o) else add_obstacle(self._client, o) for o in obstacles]
         self._names.update({body: o.name for body, o in zip(fixed, obstacles) if body is not None})
         self._movers = ObstacleMover(self._client, obstacles, fixed)
-        self._bodies = {}  # by row
-        self._populate(poses)
-        models = [self._models[kind] for kind in self.team.kinds]
-        self._ahead = shared([model.ahead for model in models])
-        self._wheels = [model.wheels for model in models]
-        self._torques = [[kind.numbers.torque] * 2 for kind in self.team.kinds]
-        self._mirrored = np.array(mirrored, dtype=int)
-        self._pushed = [self._wheel_forces(group, self._bodies) for group in self.team.groups]
-        self._plane = Bodies(self.team, obstacles, mirrored)
-        for row in set(mirrored) & set(self._bodies):
-            self._make_firm(row)
-        self._begin(np.array(poses, dtype=float))
 
     def _populate(self, poses):
         """Put all robots onto the ground; ``_models`` knows their kinds from then on."""

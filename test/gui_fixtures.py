@@ -58,6 +58,7 @@ from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
 from mrs_simulator.rqt_plugin.run.processes import PARENT, Processes
 from mrs_simulator.rqt_plugin import study_widget
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+from gui_tables import judged_row, rows_of
 EditedScenario.predict = lambda *_: None  # as with no_predictions
 study_widget.FRAME = 250  # [ms]: most of the window's work while tests wait is pictures that nobody sees
 popen = Processes._open

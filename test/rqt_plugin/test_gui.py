@@ -39,7 +39,7 @@ until(lambda: gui.connection.newest("stage").paused)
 gui.save_results(sys.argv[2])
 # The verdict in passing stands there already: that of the saved run brings its tab to the front.
 until(lambda: gui.results_tabs.currentWidget() is gui.verdict)
-assert gui.verdict.row("ended")["result"] == "passed"
+assert judged_row(gui.verdict, "ended")["result"] == "passed"
 click("end")
 until(lambda: not gui.connection.is_fresh("stage"))
 """,
@@ -602,7 +602,7 @@ click("emergency")
 until(lambda: gui.connection.newest("control").trouble == "emergency stop")
 gui.save_results(sys.argv[3])
 until(lambda: gui.results_tabs.currentWidget() is gui.verdict)
-assert gui.verdict.row("ended")
+assert judged_row(gui.verdict, "ended")
 """,
         ros.master.pid,
         os.path.join(ros.directory, "saved"),

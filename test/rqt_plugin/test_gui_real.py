@@ -60,7 +60,7 @@ def test_real_robots_are_marked_checked_and_started(gui, robots):
 key("k")
 assert gui.results_tabs.currentWidget() is gui.preflight and "Checking" in gui.preflight.title.message
 until(lambda: gui.preflight.title.message.startswith("All robots ready"))
-assert gui.preflight.rows() == [] and not gui.study.is_controlled()
+assert rows_of(gui.preflight) == [] and not gui.study.is_controlled()
 click("control")
 assert not gui.study.processes.is_running("control")
 until(lambda: gui.study.is_controlled())
@@ -82,8 +82,8 @@ def test_a_person_may_judge_a_place(gui, robots):
 panel = gui.preflight
 click("control")
 until(lambda: panel.title.message.startswith("Not started"))
-assert [row[:2] for row in panel.rows()] == [["robot3", "stands in place"]]
-assert "0.60 m" in panel.rows()[0][2] and panel.rows()[0][3] == "at most 0.3 m and rad"
+assert [row[:2] for row in rows_of(panel)] == [["robot3", "stands in place"]]
+assert "0.60 m" in rows_of(panel)[0][2] and rows_of(panel)[0][3] == "at most 0.3 m and rad"
 assert panel.start_button.isVisible() and not panel.start_button.isEnabled()
 def judge():
     QTest.mouseClick(panel.judged, Qt.LeftButton, pos=QPoint(8, panel.judged.height() // 2))
@@ -103,7 +103,7 @@ def test_what_is_no_matter_of_judgement_keeps_the_robots_standing(gui, robots, r
 until(lambda: len(gui.connection.snapshot().robots if gui.connection.snapshot() else ()) == 3)
 click("control")
 until(lambda: gui.preflight.title.message.startswith("Not started"))
-found = {(row[0], row[1]) for row in gui.preflight.rows()}
+found = {(row[0], row[1]) for row in rows_of(gui.preflight)}
 assert {("robot2", "publishes"), ("team", "predicted paths")} <= found, found
 assert not gui.preflight.start_button.isVisible()
 assert not gui.study.is_controlled() and not gui.study.processes.is_running("control")
@@ -167,7 +167,7 @@ until(lambda: "robot2" in gui.bar.button("reset").toolTip() and gui.map.team.rea
 assert gui.bar.button("reset").isEnabled()
 click("control")
 until(lambda: gui.preflight.title.message.startswith("Not started"))
-assert ["team", "speed", "2", "1, as real robots go"] in gui.preflight.rows()
+assert ["team", "speed", "2", "1, as real robots go"] in rows_of(gui.preflight)
 assert not gui.preflight.start_button.isVisible()
 gui.bar.speed_chosen.emit(5.0)
 assert "robot2: real" in gui.messages.toPlainText()
@@ -201,7 +201,7 @@ def test_a_controller_for_another_law_is_said(gui, robots, ros):
 until(lambda: gui.connection.is_fresh("control"))
 click("control")
 until(lambda: gui.preflight.title.message.startswith("Not started"))
-assert ["team", "controller", "runs Consensus", "Formation"] in gui.preflight.rows()
+assert ["team", "controller", "runs Consensus", "Formation"] in rows_of(gui.preflight)
 assert not gui.study.is_controlled()
 """
     )
@@ -224,8 +224,8 @@ assert abs(gui.connection.snapshot().pose - gui.scenario.poses).max() < 1e-6
 click("control")
 until(lambda: gui.preflight.title.message.startswith("Not started"))
 # As the controller, the check received all robots on their own topics and knew the fence.
-assert {row[1] for row in gui.preflight.rows()} >= {"geofence"}, gui.preflight.rows()
-assert not any("publishes" in row[1] for row in gui.preflight.rows())
+assert {row[1] for row in rows_of(gui.preflight)} >= {"geofence"}, rows_of(gui.preflight)
+assert not any("publishes" in row[1] for row in rows_of(gui.preflight))
 rospy.set_param("/pioneer_control/geofence", [-9.0, -9.0, 9.0, 9.0])
 click("control")
 until(lambda: gui.study.is_controlled())

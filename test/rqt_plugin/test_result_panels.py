@@ -6,6 +6,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
 from gui_fixtures import shown
+from gui_tables import judged_row, rows_of
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtTest import QTest
@@ -80,10 +81,10 @@ def test_requirements_are_rows_behind_the_checks(verdict):
     kept.update(predicate="distance > 1 m", formula="always distance > 1 m")
     broken = {**kept, "name": "slow", "met": False, "low": -0.2, "high": -0.2, "margin": -0.2}
     verdict.set_verdict({**VERDICT, "requirements": [kept, broken]})
-    row = verdict.row("apart")
+    row = judged_row(verdict, "apart")
     assert (row["about"], row["result"], row["measured"]) == ("requirement", "passed", "0.5")
     assert "by robot1 and robot2 at 1.00 s" in row["remark"]
-    assert verdict.row("slow")["result"] == "FAILED"
+    assert judged_row(verdict, "slow")["result"] == "FAILED"
     assert "4 passed" not in verdict.title.message and "3 passed, 2 failed" in verdict.title.message
 
 
@@ -99,21 +100,25 @@ def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict)
     said = "2 on course, 1 failing, 1 not yet decidable"
     assert verdict.title.message == "Running, 12.3 of 25 s: " + said
     assert verdict.verdict is None and headlines == ["1 failing"]
-    row = verdict.row("rate [1/s]")
+    row = judged_row(verdict, "rate [1/s]")
     assert (row["result"], row["margin"]) == ("on course", "0.15")
     verdict.set_verdict(VERDICT)
-    assert verdict.verdict is not None and verdict.row("gap [m]")["margin"] == "0.05"
+    assert verdict.verdict is not None and judged_row(verdict, "gap [m]")["margin"] == "0.05"
     verdict.clear()
     assert headlines[1:] == ["FAILED", ""]
 
 
 def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
     assert verdict.title.message == "Four robots: FAILED (2 passed, 1 failed, 1 not judged)"
-    gap, speed, rate = map(verdict.row, ("gap [m]", "speed [m/s]", "rate [1/s]"))
+    gap, speed, rate = (
+        judged_row(verdict, name) for name in ("gap [m]", "speed [m/s]", "rate [1/s]")
+    )
     assert (gap["predicted"], gap["measured"], gap["difference"]) == ("2", "2.05", "0.05")
     assert [row["result"] for row in (gap, speed, rate)] == ["passed", "FAILED", "not judged"]
     assert rate["measured"] == rate["difference"] == "\u2013"
-    assert "speed limit" in rate["remark"] and verdict.row("connected")["measured"] == "holds"
+    assert (
+        "speed limit" in rate["remark"] and judged_row(verdict, "connected")["measured"] == "holds"
+    )
     tip = verdict.table.item(0, 0).toolTip()
     assert "at most 0.5, within 0.1" in tip and "measured: 0.75" in tip
     assert "k T is above 2" in verdict.more.message and "1.250 m" in verdict.more.message
@@ -160,12 +165,12 @@ def test_robots_that_are_ready(panel):
     assert panel.title.message.startswith("Checking the robots")
     panel.set_findings([], 12, "", False)
     assert panel.title.message == "All robots ready: 12 checks passed."
-    assert panel.rows() == [] and not panel.start_button.isVisible()
+    assert rows_of(panel) == [] and not panel.start_button.isVisible()
 
 
 def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
     panel.set_findings([PLACE], 11, "refused", True)
-    assert panel.rows() == [
+    assert rows_of(panel) == [
         ["robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3 m and rad"]
     ]
     QTest.mouseClick(panel.start_button, Qt.LeftButton)

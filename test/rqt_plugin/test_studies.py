@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from gui_fixtures import MEETING, SEARCHED, wait_drawn
 from gui_hands import STEPS, Person
+from gui_tables import judged_row
 from PyQt5.QtCore import QPoint, QSettings, Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
@@ -577,7 +578,7 @@ def test_a_push_is_an_event_of_the_run(at_window, tmp_path):
     assert {(each.event, each.robot) for each in events} == {("pushed", 2)}
     run = read_run_csv(str(kept / "run.csv"))
     assert np.hypot(*(run.pose[:, 1, :2] - pushed).T).min() < 0.3
-    assert study.verdict.row("final gap, the worst [m]")["result"] == "not judged"
+    assert judged_row(study.verdict, "final gap, the worst [m]")["result"] == "not judged"
     person.tab("Messages")
     person.picture("messages")
 

@@ -74,11 +74,6 @@ class PreflightPanel(QWidget):
         self.title.say(text, "error" if findings else "good")
         self._offer(may_judge)
 
-    def rows(self):
-        """Return the table's rows of texts."""
-        columns = range(self.table.columnCount())
-        return [[self.table.text(row, c) for c in columns] for row in range(self.table.rowCount())]
-
 
 def _title(found, passed, outcome, may_judge):
     started = " The controller starts." if outcome == "started" else ""

@@ -149,14 +149,6 @@ class VerdictPanel(QWidget):
         self.more.say("")
         self.copy.setEnabled(False)
 
-    def row(self, claim):
-        """Return the texts of the row of ``claim``, by column."""
-        names = [name for name, _ in HEADERS]
-        for row in range(self.table.rowCount()):
-            if self.table.text(row, CLAIM) == symbolic(claim):
-                return {name: self.table.text(row, c) for c, name in enumerate(names)}
-        raise KeyError(claim)
-
 
 def _as_check(result):
     """Return what became of a requirement as a check is stated, its robustness as the measured value.

@@ -16,6 +16,7 @@ from mrs_simulator.ros.message_forms.messages import (
     TeamOdometry,
     TeamState,
 )
+from mrs_simulator.ros.node.master import Master
 from mrs_simulator.ros.receive.withdrawal import withdraw
 
 LOOK_PERIOD = 1.0  # [s] of wall time between queries of the master
@@ -47,7 +48,7 @@ class MasterWatch:
         self._diagnostics, self._emergency = diagnostics, emergency
         self._ended, self.online = threading.Event(), False
         self.registered = frozenset()  # the names in KEPT that are published
-        self.subscribers = {}  # made once there is a master
+        self._master, self.subscribers = Master(), {}  # the latter made once there is a master
         self.thread = threading.Thread(target=self._run, daemon=True)
 
     def end(self):
@@ -93,8 +94,7 @@ class MasterWatch:
     def _follow_master(self):
         if not self.subscribers:
             self._subscribe()
-        master = rosgraph.Master(rospy.get_name())
-        published, subscribed, _ = map(dict, master.getSystemState())
+        published, subscribed, _ = map(dict, self._master.ask("getSystemState"))
         self._register_again(published, subscribed)
         self.registered = frozenset(
             name for name, _, _ in KEPT if published.get(self.subscribers[name].resolved_name)
@@ -103,7 +103,7 @@ class MasterWatch:
             published.get(self.subscribers[name].resolved_name) for name in ("state", "control")
         )
         alone, selected = not self._inbox.is_fresh("state"), not self._sensors.is_idle
-        kinds = dict(master.getTopicTypes()) if alone or selected else {}
+        kinds = dict(self._master.ask("getTopicTypes")) if alone or selected else {}
         if alone:
             self._robots.follow(published, subscribed, kinds, stages, controllers)
         if selected:

@@ -5,10 +5,10 @@ import xmlrpc.server
 
 import pytest
 
-from mrs_simulator.ros.node.rivals import _proxy, _Transport
+from mrs_simulator.ros.node.master import Transport, asked
 
 
-class Counting(_Transport):
+class Counting(Transport):
     parsed = 0
 
     def getparser(self):
@@ -21,7 +21,7 @@ def served():
     """Return an address that is asked ``state``, and the list that it answers."""
     answer = [["/robot{}/odom".format(number), ["/stage"]] for number in range(200)]
     with xmlrpc.server.SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
-        server.register_function(lambda: answer, "state")
+        server.register_function(lambda name: (1, "", answer), "state")
         thread = threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True)
         thread.start()
         yield "http://127.0.0.1:{}".format(server.server_address[1]), answer
@@ -35,8 +35,7 @@ def test_an_answer_is_read_again_only_where_it_has_changed(served):
     for look in range(6):
         if look == 4:
             answer.append(["/clock", ["/stage", "/gazebo"]])
-        with _proxy(address, transport) as master:
-            told.append(dict(master.state()))
+        told.append(dict(asked(address, transport, "state")))
     assert transport.parsed == 2
     assert [len(each) for each in told] == [200, 200, 200, 200, 201, 201]
     assert told[-1]["/clock"] == ["/stage", "/gazebo"]
@@ -45,5 +44,5 @@ def test_an_answer_is_read_again_only_where_it_has_changed(served):
 def test_an_error_is_told_each_time(served):
     transport = Counting()
     for _ in range(2):
-        with _proxy(served[0], transport) as master, pytest.raises(Exception, match="nothing"):
-            master.nothing()
+        with pytest.raises(Exception, match="nothing"):
+            asked(served[0], transport, "nothing")

@@ -12,6 +12,7 @@ out.  What each row includes is printed with it: they do not do the same.
 """
 
 import argparse
+import glob
 import math
 import os
 import re
@@ -232,10 +233,15 @@ def by_command(write, simulated, most=math.inf):
     return measure
 
 
-LUA = """function init() end
-function step() robot.wheels.set_velocity({:g}, {:g}) end
-function reset() end
-function destroy() end
+CONTROLLER = """#include <argos3/core/control_interface/ci_controller.h>
+#include <argos3/plugins/robots/generic/control_interface/ci_differential_steering_actuator.h>
+using namespace argos;
+class Drive : public CCI_Controller {{
+   void Init(TConfigurationNode&) override {{
+      GetActuator<CCI_DifferentialSteeringActuator>("differential_steering")->SetLinearVelocity({}, {});
+   }}
+}};
+REGISTER_CONTROLLER(Drive, "drive")
 """
 FOOTBOT = """  <foot-bot id="f{0}"><body position="{1},0,0" orientation="0,0,0"/>
    <controller config="c"/></foot-bot>
@@ -244,26 +250,42 @@ ARGOS = """<?xml version="1.0"?>
 <argos-configuration>
  <framework><system threads="0"/>
   <experiment length="{length}" ticks_per_second="50" random_seed="1"/></framework>
- <controllers><lua_controller id="c">
-  <actuators><differential_steering implementation="default"/></actuators><sensors/>
-  <params script="drive.lua"/></lua_controller></controllers>
+ <controllers><drive id="c" library="./libdrive">
+  <actuators><differential_steering implementation="default"/></actuators><sensors/><params/>
+ </drive></controllers>
  <arena size="{size},100,2" center="{middle},0,0">
 {robots} </arena>
- <physics_engines><dynamics2d id="p" iterations="1"/></physics_engines>
+ <physics_engines><dynamics2d id="p" iterations="1">
+  <spatial_hash cell_size="0.2" cell_num="{cells}"/></dynamics2d></physics_engines>
  <media/>
 </argos-configuration>
 """
 
 
+def drive_of_argos(folder):
+    """Compile the controller of ARGoS's robots into ``folder``, as users do; ``NotHere`` if it fails."""
+    lateral = 100.0 * DRIVE[1] * 0.07  # half of a foot-bot's track, speeds in cm/s
+    with open(os.path.join(folder, "drive.cpp"), "w", encoding="utf-8") as file:
+        file.write(CONTROLLER.format(100.0 * DRIVE[0] - lateral, 100.0 * DRIVE[0] + lateral))
+    prefix = os.path.dirname(os.path.dirname(shutil.which("argos3")))
+    paths = [os.path.join(prefix, "include"), *glob.glob("/usr/include/lua5.*")]
+    command = ["c++", "-shared", "-fPIC", "-O2", *("-I" + path for path in paths)]
+    done = subprocess.run(
+        [*command, "-o", "libdrive.so", "drive.cpp"], cwd=folder, stderr=subprocess.PIPE
+    )
+    if done.returncode:
+        lines = [line for line in done.stderr.decode().splitlines() if "error" in line]
+        raise NotHere("; ".join(lines[:1]) or "no compiler")
+
+
 def argos(folder, n, simulated):
-    """Write an ARGoS experiment with foot-bots; return its command."""
-    with open(os.path.join(folder, "drive.lua"), "w", encoding="utf-8") as file:
-        lateral = 100.0 * DRIVE[1] * 0.07  # half of a foot-bot's track, speeds in cm/s
-        file.write(LUA.format(100.0 * DRIVE[0] - lateral, 100.0 * DRIVE[0] + lateral))
+    """Write an ARGoS experiment with foot-bots, whose controller is in C++; return its command."""
+    if not os.path.exists(os.path.join(folder, "libdrive.so")):
+        drive_of_argos(folder)
     robots = "".join(FOOTBOT.format(i, 3.0 * i) for i in range(n))
     given = {"length": simulated, "size": 6 * n + 200, "middle": 1.5 * n, "robots": robots}
     with open(os.path.join(folder, "line.argos"), "w", encoding="utf-8") as file:
-        file.write(ARGOS.format(**given))
+        file.write(ARGOS.format(cells=10 * n, **given))
     return ["argos3", "-z", "-n", "-c", "line.argos"]
 
 
@@ -301,7 +323,7 @@ class Row(NamedTuple):
 
 ROWS = {
     "ARGoS": Row(
-        "argos3", by_command(argos, 10.0), "dynamics2d with one iteration a step, a constant command"
+        "argos3", by_command(argos, 10.0), "dynamics2d, one iteration a step, a constant command in C++"
     ),
     "Stage": Row(
         "stage", by_command(stage, 10.0, OVER), "collisions, a constant command, no sensors"

@@ -18,6 +18,8 @@ def test_the_smallest_circle_goes_through_two_or_three_points():
     np.testing.assert_allclose(laws.smallest_circle([[0, 0], [4, 0], [2, 3]]), [2, 5 / 6])
     np.testing.assert_allclose(laws.smallest_circle([[1, 2], [1, 2]]), [1, 2])
     np.testing.assert_allclose(laws.smallest_circle([[0, 0], [1, 1], [3, 3]]), [1.5, 1.5])
+    np.testing.assert_allclose(laws.smallest_circle([[0, 0], [4, 0]]), [2, 0])
+    np.testing.assert_allclose(laws.smallest_circle([[0, 0], [1, 0], [0, 1], [1, 1]]), [0.5, 0.5])
     points = np.random.default_rng(3).normal(size=(9, 2))
     centre = laws.smallest_circle(points)
     radius = np.linalg.norm(points - centre, axis=1).max()
@@ -78,8 +80,20 @@ def test_a_convoy_that_loses_sight_fails(tmp_path):
     short = {"neighbours": {"range": 1.0}}
     scenario = shipped("sensed_following", duration=30.0)
     sensors = [scenario.to_dict()["sensors"][0], {"robots": 3, "mounts": short}]
-    verdict = verdict_of(scenario.changed(sensors=sensors), tmp_path)
+    poses = scenario.to_dict()["poses"][:3]  # a convoy of five needs longer
+    verdict = verdict_of(scenario.changed(robots=3, poses=poses, sensors=sensors), tmp_path)
     assert "worst range from the steady one at the end [m]" in failed(verdict)
+
+
+def test_a_convoy_on_a_circle_has_as_long_as_its_slowest_errors_need():
+    scenario = shipped("sensed_following", duration=20.0, record_rate=5.0)
+    found = check(simulate(scenario).verdict, "worst range")
+    assert found["passed"] is None and "wanted a run of" in found["note"]
+    control = make_control(scenario)
+    slowest = control._slowest(np.array([1.6, 1.3]))
+    assert slowest == pytest.approx(0.5 * (1.0 - 0.8 / 1.3))  # across, to the nearest
+    control.set_parameters({**control.parameters, "turn": 0.0})
+    assert control._slowest(np.array([1.6, 1.3])) == 0.5
 
 
 def seeing(**changes):
@@ -190,6 +204,38 @@ def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):
     assert wrong == ["share of the floor that is seen [-]", COMMANDS]
     early = check(verdict_of(corridor(2.0), tmp_path), "share of the floor")
     assert early["passed"] is None and "wanted a run of" in early["note"]
+
+
+def test_a_team_that_is_still_on_its_way_has_not_missed_the_rest(monkeypatch):
+    monkeypatch.setattr(Exploration, "_seconds", lambda control, run: 1.0)
+    near = [{"mounts": {"laser": {"range": [0.1, 1.0]}}}]
+    share = check(simulate(corridor(3.0).changed(sensors=near)).verdict, "share of the floor")
+    assert share["passed"] is None and "still on their way" in share["note"]
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 7)])
+def test_ways_are_the_shortest_by_free_steps_not_past_corners(shape):
+    random = np.random.default_rng(7)
+    for _ in range(5):
+        passable = random.uniform(size=shape) > 0.3
+        begin = tuple(random.integers(0, shape).tolist())
+        far = floors.ways(passable, 0.3, begin)
+        known, passable[begin] = {begin: 0.0}, True
+        changed = [begin]  # Bellman and Ford
+        while changed:
+            x, y = changed.pop(0)
+            for dx, dy in floors.STEPS:
+                to, sides = (x + dx, y + dy), ((x + dx, y), (x, y + dy))
+                inside = all(0 <= k < count for k, count in zip(to, shape))
+                length = known[x, y] + 0.3 * np.hypot(dx, dy)
+                leads = inside and passable[to] and all(passable[each] for each in sides)
+                if leads and length < known.get(to, np.inf):
+                    known[to] = length
+                    changed.append(to)
+        wanted = np.full(shape, np.inf)
+        for cell, length in known.items():
+            wanted[cell] = length
+        np.testing.assert_array_equal(far, wanted)
 
 
 COMMANDS = "commands off the published law [-]"

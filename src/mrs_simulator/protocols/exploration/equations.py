@@ -62,15 +62,28 @@ def ways(open_cells, size, begin):
     passable = np.pad(open_cells, 1)
     far[begin[0] + 1, begin[1] + 1] = 0.0
     passable[begin[0] + 1, begin[1] + 1] = True  # a robot is where it is
-    while True:
-        before = far.copy()
-        for dx, dy in STEPS:
-            come = np.roll(far, (dx, dy), (0, 1)) + size * np.hypot(dx, dy)
-            if dx and dy:
-                come[~(np.roll(passable, dx, 0) & np.roll(passable, dy, 1))] = FAR
-            np.minimum(far, come, out=far, where=passable)
-        if np.array_equal(far, before):
-            return far[1:-1, 1:-1]
+    inner, before = far[1:-1, 1:-1], np.zeros(open_cells.shape)
+    steps = [(_shifted(far, step), _lengths(passable, step, size)) for step in STEPS]
+    come = np.empty(open_cells.shape)
+    while not np.array_equal(inner, before):
+        before[:] = inner
+        for behind, length in steps:
+            np.minimum(inner, np.add(behind, length, out=come), out=inner)
+    return inner
+
+
+def _shifted(padded, step):
+    """Return a view of the cells (a, b) from which ``step`` leads to each, of ``padded`` (a + 2, b + 2)."""
+    (dx, dy), (a, b) = step, padded.shape
+    return padded[1 - dx : a - 1 - dx, 1 - dy : b - 1 - dy]
+
+
+def _lengths(passable, step, size):
+    """Return how far it is to each cell by ``step``, (a, b) [m]; inf where it does not lead there."""
+    leads = passable[1:-1, 1:-1].copy()
+    if all(step):
+        leads &= _shifted(passable, (step[0], 0)) & _shifted(passable, (0, step[1]))
+    return np.where(leads, size * np.hypot(*step), FAR)
 
 
 def beside(far, free, size, rounds=4):

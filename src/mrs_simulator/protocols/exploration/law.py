@@ -171,10 +171,19 @@ class Exploration(PioneerControl):
             least = self._seconds(run)
             if run.time[-1] - run.time[0] < least:
                 raise TooShort("wanted a run of {:.3g} s".format(least))
-            return float(self.shares(run)[1][-1])
+            seen = float(self.shares(run)[1][-1])
+            if seen < self.wanted and self._is_on_its_way(run):
+                raise TooShort("{:.3g} is seen, and robots are still on their way".format(seen))
+            return seen
 
         name = "share of the floor that is seen [-]"
         return [walls, looks, Claim(name, self.wanted, 0.0, share, "at least")]
+
+    @staticmethod
+    def _is_on_its_way(run):
+        """Return whether a robot was commanded to move after the last plan but one of ``run``."""
+        late = run.time >= run.time[-1] - PATIENCE
+        return bool(run.command[late].any())
 
     def _seconds(self, run):
         """Return in what time [s] the team would sweep the floor, each robot half of what it reaches."""

@@ -1,5 +1,6 @@
 """Laws of robots that know what their own sensors measure: functions of arrays in a robot's own frame."""
 
+import functools
 import itertools
 
 import numpy as np
@@ -29,29 +30,35 @@ def limited_visibility(others, radius, gain, period):
 
 def smallest_circle(points):
     """Return the centre (2,) [m] of the smallest circle about ``points`` (k, 2): through two or three."""
-    points = np.unique(points, axis=0)
+    points = np.array(sorted(set(map(tuple, np.asarray(points, dtype=float).tolist()))))
     if len(points) == 1:
         return points[0]
-    pairs = np.array(list(itertools.combinations(range(len(points)), 2)))
-    centres = [points[pairs].mean(axis=1)]
-    if len(points) > 2:
-        triples = np.array(list(itertools.combinations(range(len(points)), 3)))
-        centres.append(_through(*points[triples].swapaxes(0, 1)))
-    centres = np.concatenate(centres)
+    x, y = points.T
+    pairs, triples = _choices(len(points))
+    (ax, bx), (ay, by) = x[pairs], y[pairs]
+    across, up = _through(x[triples], y[triples])
+    across, up = np.append(0.5 * (ax + bx), across), np.append(0.5 * (ay + by), up)
     # The smallest circle about a centre that holds all is the one to the farthest point.
-    far = np.linalg.norm(centres[:, np.newaxis] - points, axis=2).max(axis=1)
-    return centres[np.nanargmin(far)]
+    off, high = across - x[:, np.newaxis], up - y[:, np.newaxis]
+    far = np.sqrt((off * off + high * high).max(axis=0))
+    best = np.argmin(np.where(np.isnan(far), np.inf, far))
+    return np.array([across[best], up[best]])
 
 
-def _through(a, b, c):
-    """Return the centres (k, 2) of the circles through a, b, c (k, 2); nan for three in a line."""
-    b, c = b - a, c - a
-    cross = 2.0 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
-    square = np.einsum("ij,ij->i", b, b), np.einsum("ij,ij->i", c, c)
-    x = c[:, 1] * square[0] - b[:, 1] * square[1]
-    y = b[:, 0] * square[1] - c[:, 0] * square[0]
-    cross = np.where(np.abs(cross) > INSIDE * (square[0] + square[1]), cross, np.nan)
-    return a + np.stack([x, y], axis=1) / cross[:, np.newaxis]
+@functools.lru_cache(maxsize=16)
+def _choices(count):
+    """Return the rows of all pairs, (2, j), and triples, (3, k), of ``count`` points."""
+    chosen = (list(itertools.combinations(range(count), size)) for size in (2, 3))
+    return [np.array(rows, dtype=int).reshape(-1, size).T for size, rows in zip((2, 3), chosen)]
+
+
+def _through(x, y):
+    """Return the centres, x (k,) and y (k,), of circles through three points, (3, k); nan of a line."""
+    (bx, cx), (by, cy) = x[1:] - x[0], y[1:] - y[0]
+    cross = 2.0 * (bx * cy - by * cx)
+    b, c = bx * bx + by * by, cx * cx + cy * cy
+    cross = np.where(np.abs(cross) > INSIDE * (b + c), cross, np.nan)
+    return x[0] + (cy * b - by * c) / cross, y[0] + (bx * c - cx * b) / cross
 
 
 def wall_beside(front, rear):

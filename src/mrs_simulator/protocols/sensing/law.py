@@ -73,12 +73,12 @@ class Sensing(PioneerControl):
         return SIGMAS * stddev * np.sqrt(0.5 * self.gain * self.period)
 
 
-def settled(control, begun, seconds=0.0):
-    """Return a decorator of measures of what has settled, from ``begun`` to ``SPACED``, at the gain.
+def settled(rate, begun, constants=0.0):
+    """Return a decorator of measures of what has settled, from ``begun`` to ``SPACED``, at ``rate`` [1/s].
 
-    ``seconds`` besides, over the gain.  In a shorter run the measure raises ``TooShort``.
+    ``constants``: further times of 1/rate.  In a shorter run the measure raises ``TooShort``.
     """
-    least = (np.log(max(1.0, begun / SPACED)) + seconds) / control.gain
+    least = (np.log(max(1.0, begun / SPACED)) + constants) / rate
 
     def of(measure):
         def measured(run):
@@ -187,7 +187,7 @@ class LimitedVisibility(Sensing):
 
         name = "farthest of two that saw each other [m]"
 
-        @settled(self, float(extent(start[np.newaxis])[0]), 0.5 * len(start))
+        @settled(self.gain, float(extent(start[np.newaxis])[0]), 0.5 * len(start))
         def last(run):
             return float(extent(run.hand[-1:])[0])
 
@@ -257,7 +257,7 @@ class WallFollowing(Sensing):
         def off(hand):
             return np.linalg.norm(self.from_wall(hand) - self.distance, axis=-1)
 
-        ready = settled(self, float(off(start[np.newaxis])[0]), CASCADE * (len(start) - 1))
+        ready = settled(self.gain, float(off(start[np.newaxis])[0]), CASCADE * (len(start) - 1))
         deviation = self._rate_deviation(self.from_wall(start) - self.distance)
         wander = np.linalg.norm(self._wander(self._noise_of_approach() / self.gain))
 
@@ -412,7 +412,7 @@ class SensedFollowing(Sensing):
         begun = np.linalg.norm(np.diff(start, axis=0), axis=1) - ranges
         wander = float(self._wander(self._noise("range")).max())
 
-        @settled(self, float(np.abs(begun).max()), CASCADE * len(ranges))
+        @settled(self._slowest(ranges), float(np.abs(begun).max()), CASCADE * len(ranges))
         def off(run):
             return float(np.abs(self._seen(run)[0][-1] - ranges).max())
 
@@ -423,6 +423,14 @@ class SensedFollowing(Sensing):
             Claim("worst range from the steady one at the end [m]", 0.0, SPACED + wander, off),
             Claim("largest bearing of the robot before [rad]", 0.5 * self.view, 0.0, widest, "at most"),
         ]  # fmt: skip
+
+    def _slowest(self, ranges):
+        """Return the rate [1/s] at which the robots settle to ``ranges`` (n - 1,) [m].
+
+        Errors along the line of sight decay at the gain, and errors across it at ``gain (1 - distance/r)``;
+        on a straight way ranges have none of the latter.
+        """
+        return self.gain * (1.0 if self.turn == 0.0 else 1.0 - self.distance / float(ranges.min()))
 
     @staticmethod
     def _seen(run):

@@ -49,6 +49,7 @@ OPEN = {
     CURVE: SignalKind("", None, "curve.NAME: a curve of the law over time, in its own unit"),
     SENSOR: SignalKind("", ROBOT, "sensor.NAME.FIELD: the least of a reading, in its own unit"),
 }
+FORMS = ("curve.NAME", "sensor.NAME.FIELD")
 
 
 class _Signals(dict):
@@ -59,6 +60,10 @@ class _Signals(dict):
         if len(parts) != {CURVE: 2, SENSOR: 3}.get(parts[0]) or not all(parts):
             raise KeyError(name)
         return OPEN[parts[0]]
+
+    def __iter__(self):
+        yield from SIGNALS
+        yield from FORMS
 
     def __contains__(self, name):
         try:

@@ -17,6 +17,7 @@ In the order in which they bind, loosest first::
 ``<`` and ``<=`` mean the same: a signal of measured numbers never distinguishes them.
 """
 
+import difflib
 import math
 import re
 
@@ -39,7 +40,11 @@ from mrs_simulator.core.temporal_logic.units import UNITS
 
 LONGEST = 2000  # [characters] of a formula
 DEEPEST = 50  # [-] parts of a formula within one another
-KEYWORDS = ("not", "and", "or", "implies", "until", "always", "eventually", "each", "some", "abs")
+OPERATORS = ("not", "always", "eventually", "each", "some", "abs")
+JOINING = ("and", "or", "implies", "until")
+KEYWORDS = (*OPERATORS, *JOINING)
+ELSEWHERE = {"=": "`<=` or `>=`", "&": "`and`", "|": "`or`", "!": "`not`"}  # and what formulas have
+NO_UNIT = re.compile(r"([A-Za-z][\w/^]*)\s*(?:$|[\]),]|(?:and|or|implies|until)\b)")
 TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_.]*)"
     r"|(?P<sign><=|>=|<|>|[()\[\],*+/^%-]))"
@@ -71,6 +76,7 @@ def parse(text):
     reader = _Reader(text)
     formula = reader.formula()
     if reader.kind is not None:
+        reader.refuse_word(JOINING)
         reader.refuse("wanted `and`, `or`, `implies`, `until` or the end")
     return formula
 
@@ -92,13 +98,25 @@ class _Reader:
         match = TOKEN.match(self.text, self.end)
         if match is None:
             self.kind, self.value = "sign", self.text[self.position]
-            self.refuse("a character that no formula has")
+            instead = ELSEWHERE.get(self.value)
+            hint = ", wanted {}".format(instead) if instead else ""
+            self.refuse("a character that no formula has{}".format(hint))
         self.kind, self.value, self.end = match.lastgroup, match.group(match.lastgroup), match.end()
 
     def refuse(self, wanted):
         """Raise the ``FormulaError`` that points at this token."""
         came = self.value if self.kind is None else "`{}`".format(self.value)
         raise FormulaError("{}, got {}".format(wanted, came), self.text, self.position)
+
+    def refuse_word(self, words, word=None, position=None, always=False):
+        """Raise the ``FormulaError`` on a ``word``, by default this token, that is nearly one of ``words``.
+
+        ``position``: of its character; ``always``: also if it is like none of them.
+        """
+        word = word or (self.value if self.kind == "name" else "")
+        if always or difflib.get_close_matches(word, words, n=1):
+            position = self.position if position is None else position
+            raise FormulaError(unknown_name("operator", word, words), self.text, position)
 
     def take(self, *values):
         """Return this token's value and go on, if it is one of ``values``, else None."""
@@ -204,6 +222,10 @@ class _Reader:
         """Return the unit behind the number that was just read, None if there is none."""
         match, self._unit = self._unit, None
         if match is None:
+            match = NO_UNIT.match(self.text, self.position)
+            if match and match.group(1) not in KEYWORDS:
+                message = unknown_name("unit", match.group(1), UNITS)
+                raise FormulaError(message, self.text, self.position)
             return None
         self.end = match.end()
         self.advance()
@@ -219,9 +241,10 @@ class _Reader:
             signs.append(sign)
             sides.append(self.sum())
         if not signs:
-            self.refuse(
-                "wanted `<` or `>` behind `{}`".format(self.text[begin : self.position].strip())
-            )
+            word = self.text[begin : self.position].strip()
+            if word.isidentifier() and word not in KEYWORDS and self.kind is not None:
+                self.refuse_word(OPERATORS, word, begin, always=self.value in ("(", "["))
+            self.refuse("wanted `<` or `>` behind `{}`".format(word))
         text = self.text[begin : self.position].strip()
         found = [self._at_least(*pair, text) for pair in zip(sides, signs, sides[1:])]
         for each in found:

@@ -2,6 +2,7 @@ import json
 import os
 import re
 import shutil
+import subprocess
 
 import pytest
 
@@ -10,6 +11,7 @@ from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.draw.canvas import new_figure, save, settle
 from mrs_simulator.study.draw.style import look
+from mrs_simulator.study.results import provenance as provenance_file
 from mrs_simulator.study.results import reproduce
 from mrs_simulator.study.results.provenance import provenance, read_provenance
 from mrs_simulator.study.results.reproduce import main
@@ -110,7 +112,44 @@ def test_what_has_changed_is_named(made, run, capsys):
 def test_an_edited_file_is_distinguished_from_one_made_otherwise(run, capsys):
     (run / "run.csv").write_text("edited")
     code, said = reproduced(run / "run.csv", capsys)
-    assert code == 0 and "the same bytes, and the file was changed since it was made" in said
+    assert code == 1 and "run.csv: edited since it was made; made again it has its first" in said
+    assert "has changed" not in said
+
+
+@pytest.mark.parametrize("where", ["loose", "packed", "worktree", "detached"])
+def test_the_commit_of_a_clone_is_told_however_it_is_checked_out(where, tmp_path, monkeypatch):
+    clone = tmp_path / "clone"
+
+    def git(*words, at=clone):
+        own = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", str(at), *words]
+        return subprocess.run(own, check=True, stdout=subprocess.PIPE).stdout.decode().strip()
+
+    clone.mkdir()
+    git("init", "-q")
+    git("commit", "-q", "--allow-empty", "-m", "first")
+    first = git("rev-parse", "HEAD")
+    if where == "packed":
+        git("pack-refs", "--all")
+    if where == "worktree":
+        git("worktree", "add", "-q", "-b", "own/one", "../other")
+        clone = tmp_path / "other"
+        git("commit", "-q", "--allow-empty", "-m", "second", at=clone)
+        first = git("rev-parse", "HEAD", at=clone)
+    if where == "detached":
+        git("checkout", "-q", "--detach")
+    monkeypatch.setattr(provenance_file, "PACKAGE", str(clone / "src" / "mrs_simulator"))
+    assert len(first) == 40 and provenance_file.commit() == first
+    monkeypatch.setattr(provenance_file, "PACKAGE", str(tmp_path / "lib" / "site-packages" / "own"))
+    assert provenance_file.commit() == ""
+
+
+def test_the_commit_is_that_of_the_clone_whose_modules_run():
+    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    git = ["git", "-C", root, "rev-parse", "HEAD"]
+    head = subprocess.run(git, stdout=subprocess.PIPE).stdout.decode().strip()
+    if not head:
+        pytest.skip("no clone, or one of another user")
+    assert provenance_file.commit() == head
 
 
 def test_what_no_run_made_is_refused(run, tmp_path, capsys):
@@ -130,6 +169,7 @@ def test_a_run_is_a_crate_that_describes_its_files(run):
     graph = {each["@id"]: each for each in crate["@graph"]}
     about, dataset = graph["ro-crate-metadata.json"], graph["./"]
     assert about["conformsTo"]["@id"] == "https://w3id.org/ro/crate/1.1"
+    assert all(dataset[key] for key in ("name", "description", "datePublished", "license"))
     assert about["about"] == {"@id": "./"} and dataset["@type"] == "Dataset"
     assert dataset["name"] and dataset["datePublished"][:2] == "20"
     named = {each["@id"] for each in dataset["hasPart"]}

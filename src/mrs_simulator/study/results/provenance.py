@@ -5,10 +5,10 @@ import os
 import platform
 import sys
 
-import mrs_simulator
 from mrs_simulator.core import compiling
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.scenario.reading import read_json
+from mrs_simulator.scenario.shipped import PACKAGE
 from mrs_simulator.study.draw.style import Look
 from mrs_simulator.study.results.report import PROVENANCE_FILE, RUN_FILE, is_result
 from mrs_simulator.study.results.ro_crate import MEANINGS, write_crate
@@ -16,7 +16,6 @@ from mrs_simulator.study.results.stamp import digest, input_files, stamp_of
 from mrs_simulator.verdict.verdict import versions
 
 KEYS = ("command", "versions", "commit", "processor", "seed", "look", "inputs", "outputs")
-PACKAGE = os.path.dirname(os.path.abspath(mrs_simulator.__file__))
 
 
 def provenance(scenario, out, look):
@@ -71,14 +70,31 @@ def commit():
     """Return the commit that is checked out where this package lies in a clone, else ""."""
     root = os.path.dirname(os.path.dirname(os.path.realpath(PACKAGE)))
     try:
-        with open(os.path.join(root, ".git", "HEAD")) as file:
-            head = file.read().strip()
+        own = os.path.join(root, ".git")
+        if os.path.isfile(own):  # of a worktree
+            own = os.path.join(root, _text(own).partition("gitdir: ")[2])
+        head = _text(os.path.join(own, "HEAD"))
         if not head.startswith("ref: "):
             return head
-        with open(os.path.join(root, ".git", *head[5:].split("/"))) as file:
-            return file.read().strip()
-    except OSError:  # a wheel, a worktree, or packed references
+        shared = os.path.join(own, "commondir")
+        common = os.path.join(own, _text(shared)) if os.path.exists(shared) else own
+        return _referred(common, head[5:])
+    except OSError:  # a wheel
         return ""
+
+
+def _referred(common, name):
+    """Return the commit of the reference ``name`` in the directory ``common`` of a clone, "" if none."""
+    loose = os.path.join(common, *name.split("/"))
+    if os.path.exists(loose):
+        return _text(loose)
+    rows = map(str.split, _text(os.path.join(common, "packed-refs")).splitlines())
+    return next((row[0] for row in rows if row[1:] == [name]), "")
+
+
+def _text(path):
+    with open(path) as file:
+        return file.read().strip()
 
 
 def processor():

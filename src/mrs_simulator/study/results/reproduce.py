@@ -76,10 +76,11 @@ def reproduce(path, style=""):
         with compiling.as_made(_compiled(made)):  # which decides on last bits
             run_experiment(scenario, directory, formats=formats, look=own_look)
         again = {each: digest(os.path.join(directory, each)) for each in outputs}
+    now = {each: digest(os.path.join(out, each)) for each in outputs}
     for each in outputs:
-        print(_line(each, again[each], outputs[each], digest(os.path.join(out, each))))
+        print("{}: {}".format(each, _said(again[each], outputs[each], now[each])))
     if again == outputs:
-        return SAME
+        return SAME if now == outputs else OTHER
     changed = changes(made, out)
     print(
         "\n".join("  changed: " + each for each in changed) or "  nothing that is known has changed"
@@ -95,10 +96,16 @@ def _compiled(made):
     return wanted
 
 
-def _line(name, again, made, now):
-    said = "the same bytes" if again == made else "not made" if not again else "other bytes"
-    edited = "" if now == made else ", and the file was changed since it was made"
-    return "{}: {}{}".format(name, said, edited)
+def _said(again, made, now):
+    """Return in words how a file made ``again`` is to what was ``made`` and to what is there ``now``."""
+    if again == made:
+        return (
+            "the same bytes"
+            if now == made
+            else "edited since it was made; made again it has its first bytes"
+        )
+    said = "other bytes" if again else "not made"
+    return said if now == made else said + ", and the file was edited since it was made"
 
 
 def changes(made, out):

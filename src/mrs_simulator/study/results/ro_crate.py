@@ -9,6 +9,9 @@ from mrs_simulator.version import __version__
 
 CRATE_FILE = "ro-crate-metadata.json"
 CONTEXT, PROFILE = "https://w3id.org/ro/crate/1.1/context", "https://w3id.org/ro/crate/1.1"
+UNLICENSED = (
+    "None is stated yet: who made the run says how it may be used."  # an RO-Crate needs one
+)
 PRODUCT, RUN = "#mrs_simulator", "#run"
 MEDIA_TYPES = {
     "csv": "text/csv",
@@ -49,6 +52,7 @@ def _graph(title, names, out, now):
         "name": title or "A run of mrs_simulator",
         "description": "A simulated run of a multi-robot system, its figures and its verdict",
         "datePublished": now,
+        "license": UNLICENSED,
         "hasPart": files,
         "mentions": {"@id": RUN},
     }

@@ -13,7 +13,7 @@ import tempfile
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import pytest
-from gui_fixtures import app, gui, no_hidden_errors, no_predictions  # noqa: F401
+from gui_fixtures import app, forked_programs, gui, no_hidden_errors, no_predictions  # noqa: F401
 from old_rospy import rospy_fails_by_itself, stand_aside
 from ros_fixtures import ros  # noqa: F401
 

@@ -2,10 +2,12 @@
 
 Loading it anew costs each process half a second of processor time, more than most tests take otherwise.
 The programs run as they stand; tests of launch files and of ``rosrun`` start them from nothing.
+Programs and laws of windows without ROS are forks of another process, which loads nothing of ROS.
 """
 
 import atexit
 import contextlib
+import fcntl
 import functools
 import gc
 import importlib
@@ -19,8 +21,10 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+import types
 
 LOADED = (
     "logging.config",
@@ -33,8 +37,31 @@ LOADED = (
     "tf2_msgs.msg",
     "visualization_msgs.msg",
 )
+LOADED_WITHOUT_ROS = (
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_pdf",
+    "matplotlib.backends.backend_svg",
+    "mrs_simulator.__main__",
+    "mrs_simulator.rqt_plugin.local_side.engine",
+    "mrs_simulator.study.results.figure_command",
+    "mrs_simulator.study.results.report",
+    "mrs_simulator.study.run.law_answers",
+)
+MODULES_OF_ROS = (
+    "rospy",
+    "rosgraph",
+    "rosgraph_msgs",
+    "std_msgs",
+    "std_srvs",
+    "geometry_msgs",
+    "mrs_simulator.msg",
+    "mrs_simulator.srv",
+)
 READ_WHEN_LOADED = ("LD_", "MKL_", "MPL", "MRS_", "OMP_", "OPENBLAS_", "PYTHON")
+PARENT = "MRS_SIMULATOR_PARENT"
 READY = b"!"
+WITHOUT_ROS = "without ROS"
+HIGH = 300  # [-] above the numbers of files that a process is to have
 NAP, LONGEST_NAP = 0.005, 0.05  # [s] each next one is longer by half
 LIMIT = 60.0  # [s]
 
@@ -80,7 +107,9 @@ class Forked:
 class Forker:
     """The process that forks."""
 
-    def __init__(self):
+    def __init__(self, *options):
+        """``options``: ``WITHOUT_ROS``, or none."""
+        self._options = options
         self._socket, other = socket.socketpair()
         self._environment = dict(os.environ, PYTHONUNBUFFERED="1")
         self._asking = threading.Lock()
@@ -91,13 +120,14 @@ class Forker:
 
     def _begin(self, other):
         number = other.fileno()
-        command = [sys.executable, os.path.abspath(__file__), str(number)]
+        command = [sys.executable, os.path.abspath(__file__), str(number), *self._options]
         self._process = subprocess.Popen(command, env=self._environment, pass_fds=(number,))
+        self.pid = self._process.pid
         atexit.register(self.close)
 
     def can_run(self, environment):
         """Return whether what is loaded is what a process with ``environment`` would load."""
-        names = {*environment, *self._environment}
+        names = {*environment, *self._environment} - {PARENT}
         told = (name for name in names if name.startswith(READ_WHEN_LOADED))
         return all(environment.get(name) == self._environment.get(name) for name in told)
 
@@ -109,23 +139,57 @@ class Forker:
         """
         with open(os.devnull) as nothing, open(log, "ab") as file, open(errors, "ab") as other:
             streams = nothing.fileno(), file.fileno(), other.fileno()
-            return self._start(script, arguments, environment, streams, directory, **given)
+            return self._start([script, *arguments], environment, streams, directory, **given)
 
     def start_piped(self, script, environment):
         """Run a ``script`` of Python with pipes to its input and from its output."""
         (stdin, to), (of, stdout) = os.pipe(), os.pipe()
-        process = self._start(script, (), environment, (stdin, stdout, 2))
+        process = self._start([script], environment, (stdin, stdout, 2))
         os.close(stdin)
         os.close(stdout)
         process.stdin, process.stdout = os.fdopen(to, "wb"), os.fdopen(of, "rb")
         return process
 
-    def _start(
-        self, script, arguments, environment, streams, directory=None, loaded=(), leads=False
+    def popen(
+        self,
+        command,
+        stdin=None,
+        stdout=None,
+        stderr=None,
+        env=None,
+        pass_fds=(),
+        start_new_session=False,
     ):
-        args = [script, *arguments]
+        """Do what ``subprocess.Popen`` does; what is Python, and loaded here, is forked.
+
+        The process that forks is then its parent, also where the command or ``env`` say who that is.
+        """
+        environment = dict(os.environ if env is None else env)
+        if command[0] != sys.executable or not self.can_run(environment):
+            given = dict(stdin=stdin, stdout=stdout, stderr=stderr, pass_fds=pass_fds)
+            return subprocess.Popen(command, env=env, start_new_session=start_new_session, **given)
+        parents = {str(os.getpid()): str(self.pid)}
+        args = [parents.get(each, each) for each in command[1:]]
+        if PARENT in environment:
+            environment[PARENT] = str(self.pid)
+        with open(os.devnull) as nothing:
+            out = 1 if stdout is None else stdout.fileno()
+            streams = [nothing.fileno(), out, 2 if stderr is None else out, *pass_fds]
+            numbers = [0, 1, 2, *pass_fds]
+            return self._start(args, environment, streams, leads=start_new_session, numbers=numbers)
+
+    def _start(
+        self,
+        args,
+        environment,
+        streams,
+        directory=None,
+        loaded=(),
+        leads=False,
+        numbers=(0, 1, 2),
+    ):
         given = dict(args=args, environment=environment, directory=directory or os.getcwd())
-        given.update(loaded=list(loaded), leads=leads)
+        given.update(loaded=list(loaded), leads=leads, numbers=list(numbers))
         return Forked(self._ask, self._ask(given, streams), args)
 
     def _ask(self, request, streams=()):
@@ -164,6 +228,17 @@ def forker():
     return Forker()
 
 
+@functools.lru_cache(maxsize=None)
+def forker_without_ros():
+    """Return the ``Forker`` of this process that loads nothing of ROS, started at the first call."""
+    return Forker(WITHOUT_ROS)
+
+
+def forking_subprocess(forks):
+    """Return what stands for the module ``subprocess`` where the ``Forker`` ``forks`` starts processes."""
+    return types.SimpleNamespace(**dict(vars(subprocess), Popen=forks.popen))
+
+
 def load(modules):
     """Import what is not yet loaded of the ``modules``."""
     new = [module for module in modules if module not in sys.modules]
@@ -183,7 +258,8 @@ def serve(link):
                 answer = children[request["poll"]] = _exit_code(children, request["poll"])
             else:
                 link.sendall(READY)
-                request["streams"] = multiprocessing.reduction.recvfds(link, 3)
+                count = len(request["numbers"])
+                request["streams"] = multiprocessing.reduction.recvfds(link, count)
                 load(request["loaded"])
                 answer = os.fork()
                 if answer == 0:
@@ -212,27 +288,48 @@ def become(request):
     os.environ.clear()
     os.environ.update(request["environment"])
     os.chdir(request["directory"])
-    for number, stream in enumerate(request["streams"]):
+    streams = [fcntl.fcntl(each, fcntl.F_DUPFD, HIGH) for each in request["streams"]]
+    for stream in request["streams"]:
+        os.close(stream)
+    for number, stream in zip(request["numbers"], streams):
         os.dup2(stream, number)
         os.close(stream)
     sys.argv[:] = request["args"]  # the list that defaults of arguments know
-    sys.path[0] = os.path.dirname(sys.argv[0])
+    sys.path[0] = "" if sys.argv[0] in ("-m", "-c") else os.path.dirname(sys.argv[0])
     atexit.unregister(shutil.rmtree)  # of what the others go on using
     random.seed()
-    names = sys.modules["rospy"].names
-    # Which rospy does when it is loaded.
-    names.reload_mappings(sys.argv)
-    names._set_caller_id(names.get_ros_namespace(argv=sys.argv) + "unnamed")
+    tempfile.tempdir = None  # it may be another in this environment
+    if sys.modules["rospy"]:
+        names = sys.modules["rospy"].names
+        # Which rospy does when it is loaded.
+        names.reload_mappings(sys.argv)
+        names._set_caller_id(names.get_ros_namespace(argv=sys.argv) + "unnamed")
 
 
-def run(script):
-    """Run a ``script`` to its end and end this process, as the interpreter does.
+def run_main():
+    """Run the script, the module after ``-m`` or the code after ``-c`` that ``sys.argv`` begins with."""
+    if sys.argv[0] == "-m":
+        del sys.argv[0]
+        sys.path[0] = os.getcwd()
+        for module in (sys.argv[0], sys.argv[0] + ".__main__"):
+            sys.modules.pop(module, None)  # it runs under another name
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    elif sys.argv[0] == "-c":
+        code = compile(sys.argv.pop(1), "<string>", "exec")
+        sys.modules["__main__"] = main = types.ModuleType("__main__")
+        exec(code, main.__dict__)
+    else:
+        runpy.run_path(sys.argv[0], run_name="__main__")
+
+
+def run():
+    """Run a program to its end and end this process, as the interpreter does.
 
     But what was loaded is not taken down, for which all of it would be copied from the process that forked.
     """
     code = 1
     try:
-        runpy.run_path(script, run_name="__main__")
+        run_main()
         code = 0
     except SystemExit as error:
         code = error.code or 0
@@ -256,13 +353,17 @@ def fork_for(link):
         child = serve(link)
     if child is not None:
         become(child)
-        run(sys.argv[0])
+        run()
 
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends with the tests
-    load(LOADED)
-    # Also of programs that are not the package's: a core busy while each ends.
-    sys.modules["mrs_simulator.ros.node.lifecycle"].end_servers_with_sockets()
+    if WITHOUT_ROS in sys.argv:
+        sys.modules.update(dict.fromkeys(MODULES_OF_ROS))
+        load(LOADED_WITHOUT_ROS)
+    else:
+        load(LOADED)
+        # Also of programs that are not the package's: a core busy while each ends.
+        sys.modules["mrs_simulator.ros.node.lifecycle"].end_servers_with_sockets()
     sys.modules["mrs_simulator.vehicles.registry"].shipped_kind("pioneer3dx")  # most tests' robots
     fork_for(socket.socket(fileno=int(sys.argv[1])))

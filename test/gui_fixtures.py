@@ -8,6 +8,7 @@ import time
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
+from forked import forker_without_ros, forking_subprocess
 from ros_fixtures import log_of
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -71,7 +72,7 @@ def forked_open(processes, name, command):
     script = os.path.join(os.environ["FORKED_PROGRAMS"], command[2])
     environment = dict(os.environ, PYTHONUNBUFFERED="1", **{PARENT: str(programs.pid)})
     return programs.start(script, command[3:], environment, log, log, leads=True)
-NODES = "stage", "pioneer_control", "preflight", "record"
+NODES = "stage", "pioneer_control", "preflight", "record", "report"
 if programs is not None:
     Processes._open = forked_open
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
@@ -228,6 +229,17 @@ def no_hidden_errors(monkeypatch):
     yield
     QApplication.instance().processEvents()
     assert raised == []
+
+
+@pytest.fixture
+def forked_programs(monkeypatch):
+    """Let a window's programs and its laws be forks: to load each anew takes longer than most run."""
+    from mrs_simulator.control import worker_process
+    from mrs_simulator.rqt_plugin.run import processes
+
+    forking = forking_subprocess(forker_without_ros())
+    monkeypatch.setattr(worker_process, "subprocess", forking)
+    monkeypatch.setattr(processes, "subprocess", forking)
 
 
 # Of a test that looks at predictions all the same.

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from forked import MODULES_OF_ROS, forker_without_ros
 
 from mrs_simulator.core import compiling
 from mrs_simulator.core.graphs import Topology
@@ -29,10 +30,10 @@ from mrs_simulator.study.run.experiment import Experiment, run_experiment
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PAPER = os.path.join(ROOT, "scenarios", "paper_four.yaml")
-MODULES = ("rospy", "rosgraph", "rosgraph_msgs", "std_msgs", "std_srvs", "geometry_msgs")
+LOADED = "PyQt5.QtTest", "mrs_simulator.rqt_plugin.study_widget"
 PRELUDE = """
 import os, sys, time
-sys.modules.update(dict.fromkeys({modules} + ("mrs_simulator.msg", "mrs_simulator.srv")))
+sys.modules.update(dict.fromkeys({modules}))
 os.environ["QT_QPA_PLATFORM"] = "offscreen"
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
@@ -83,19 +84,22 @@ def end():
 
 def in_window(code, path, tmp_path, *arguments):
     """Return what a piece of Python in the process of a window printed, without a module of ROS."""
-    prelude = PRELUDE.format(modules=MODULES)
-    command = [sys.executable, "-c", prelude + textwrap.dedent(code) + "\nend()\n"]
+    script, log = tmp_path / "window.py", tmp_path / "window.log"
+    prelude = PRELUDE.format(modules=MODULES_OF_ROS)
+    script.write_text(prelude + textwrap.dedent(code) + "\nend()\n")
     with tempfile.TemporaryDirectory() as temporary:  # short, as paths of sockets have to be
-        done = subprocess.run(
-            [*command, str(path), *map(str, arguments)],
-            env=dict(os.environ, HOME=str(tmp_path), TMPDIR=temporary),
-            timeout=120,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+        environment = dict(os.environ, HOME=str(tmp_path), TMPDIR=temporary)
+        given = list(map(str, (path, *arguments)))
+        process = forker_without_ros().start(
+            str(script), given, environment, log, log, loaded=LOADED
         )
+        try:
+            code = process.wait(120)
+        finally:
+            process.kill()
         left = [name for name in os.listdir(temporary) if name.startswith("mrs_simulator")]
-    output = done.stdout.decode()
-    assert done.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
+    output = log.read_text()
+    assert code == 0 and output.rstrip().endswith("done"), output[-3000:]
     assert not left
     return output
 

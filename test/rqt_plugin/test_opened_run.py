@@ -26,7 +26,7 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.run.experiment import run_experiment
 
 APP = QApplication.instance() or QApplication([])
-pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+pytestmark = pytest.mark.usefixtures("no_hidden_errors", "forked_programs")
 NONE = Qt.NoModifier
 GAINS = 0.02, 0.05
 

@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QApplication
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 
-pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+pytestmark = pytest.mark.usefixtures("no_hidden_errors", "forked_programs")
 LAW = (
     "from mrs_simulator.control.pioneer_control import PioneerControl\n"
     "class Law(PioneerControl):\n"

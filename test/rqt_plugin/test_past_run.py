@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QApplication
 from snapshots import snapshot_of
 
 APP = QApplication.instance() or QApplication([])
-pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+pytestmark = pytest.mark.usefixtures("no_hidden_errors", "forked_programs")
 CHECK = {
     "name": "gap",
     "passed": True,

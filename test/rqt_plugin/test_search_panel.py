@@ -118,7 +118,7 @@ def application():
 
 
 @pytest.fixture
-def study(application, no_hidden_errors, tmp_path, monkeypatch):
+def study(application, no_hidden_errors, forked_programs, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     processes = LocalProcesses(MagicMock(**{"take.return_value": []}))
     widget = quiet_study(scenario(SEARCHED), processes)

@@ -10,7 +10,15 @@ from protocol_fixtures import shipped
 from PyQt5.QtWidgets import QApplication
 
 APP = QApplication.instance() or QApplication([])
-pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+pytestmark = pytest.mark.usefixtures("no_hidden_errors", "forked_programs")
+
+
+@pytest.fixture(autouse=True)
+def no_window_stays():
+    """Close the windows of a test, which would take the next one's mouse."""
+    yield
+    for window in APP.topLevelWidgets():
+        window.close()
 
 
 def test_in_a_small_window_the_map_has_half_the_height_and_layers_are_in_a_menu():

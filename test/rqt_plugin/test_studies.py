@@ -38,7 +38,7 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.results.figure_command import main as figure
 from mrs_simulator.study.run.experiment import run_experiment
 
-pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+pytestmark = pytest.mark.usefixtures("no_hidden_errors", "forked_programs")
 SIZE = 1280, 800  # [px] of the window
 FASTER = Qt.Key_Plus, Qt.ControlModifier
 

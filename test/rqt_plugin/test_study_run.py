@@ -29,7 +29,7 @@ from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.verdict.estimation import UNKNOWN
 
-pytestmark = pytest.mark.usefixtures("no_predictions")
+pytestmark = pytest.mark.usefixtures("no_predictions", "forked_programs")
 FAILED = failure(ValueError("no"))
 
 

@@ -214,7 +214,7 @@ def application():
 
 
 @pytest.fixture
-def study(application, no_hidden_errors, scenario, tmp_path, monkeypatch):
+def study(application, no_hidden_errors, forked_programs, scenario, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     processes = LocalProcesses(MagicMock(**{"take.return_value": []}))
     widget = quiet_study(scenario, processes)

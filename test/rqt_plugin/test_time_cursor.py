@@ -20,7 +20,7 @@ from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 
-pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+pytestmark = pytest.mark.usefixtures("no_hidden_errors", "forked_programs")
 STEP, SAMPLES = 0.1, 201
 BEGUN = STEP  # [s] when the first command came
 NONE = Qt.NoModifier

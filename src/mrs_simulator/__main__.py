@@ -22,7 +22,7 @@ COMMANDS = {
     "break": ("study.search.break_command", "main", "search the run that breaks a requirement"),
     "assure": ("study.search.assure_command", "main", "show that runs at random keep requirements"),
     "margins": ("study.search.margins_command", "main", "measure by how much robots may differ"),
-    "requirements": ("verdict.requirements.listing", "main", "list the signals of requirements"),
+    "requirements": ("study.analyses.signal_listing", "main", "list the signals of requirements"),
     "analyse": ("study.analyses.analyse_command", "main", "find out what a law is, by asking it"),
     "lossy_edges": (
         "study.analyses.lossy_edges",

@@ -11,11 +11,11 @@ from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.requirements import SIGNALS
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.analyses.signal_listing import main as list_signals
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.verdict.judging import judged
-from mrs_simulator.verdict.requirements.listing import main as list_signals
 from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
 from mrs_simulator.verdict.requirements.signals import VALUES, signal_of
 from mrs_simulator.verdict.verdict import exit_code, verdict_text, write_verdict
@@ -145,14 +145,36 @@ def test_a_protocol_that_raises_leaves_the_requirement_open(capsys):
     assert "no idea" in requirement_lines([found])[0]
 
 
-def test_the_signals_are_listed(tmp_path):
-    path = tmp_path / "scenario.yaml"
-    path.write_text(scenario(apart="always(distance > 0 m)").to_yaml())
+def listed(*arguments):
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
-        list_signals([str(path)])
-    assert "apart: always(distance > 0 m)" in text.getvalue()
-    assert all(name in text.getvalue() for name in SIGNALS)
+        list_signals([*map(str, arguments)])
+    return text.getvalue()
+
+
+def test_the_signals_are_listed():
+    assert all(name in listed() for name in (*SIGNALS, "curve.NAME", "sensor.NAME.FIELD"))
+
+
+def test_of_a_scenario_those_that_it_has_are_listed_and_why_others_not(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(scenario(apart="always(distance > 0 m)").to_yaml())
+    text = listed(path)
+    assert "apart: always(distance > 0 m)" in text
+    has, absent = text.split("not in this scenario")
+    assert all(("  " + name + " ") in has + absent for name in SIGNALS)
+    assert "Consensus wants no place of each robot" in absent and "  distance " in has
+
+
+def test_curves_and_sensors_of_a_scenario_are_listed_by_the_names_that_formulas_take():
+    text = listed("exploration.yaml")
+    wanted = "curve.floor_seen", "sensor.sonar.ranges", "sensor.laser.ranges"
+    assert all(name in text for name in wanted) and "sensor.sonar.places" not in text
+
+
+def test_signals_in_space_are_those_of_a_law_of_three_coordinates():
+    text = listed("crazyflies_cube.yaml")
+    assert "not in this scenario" not in text and "  error " in text
 
 
 OWN = """

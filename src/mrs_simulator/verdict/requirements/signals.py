@@ -157,7 +157,7 @@ def _contacts(control, run):
 def _curve(name, control, run):
     """Return the law's curve whose name, in small letters without its unit, is behind the dot."""
     curves = [] if control is None else call(control.curves, run)
-    known = {_plain_name(each.name): each for each in curves if each.across == "time [s]"}
+    known = {plain_name(each.name): each for each in curves if each.across == "time [s]"}
     wanted = name.split(".", 1)[1]
     if wanted not in known:
         text = "the law has no curve {} over time, wanted one of {}"
@@ -167,7 +167,7 @@ def _curve(name, control, run):
     return np.interp(run.time - run.time[0], time, values)
 
 
-def _plain_name(name):
+def plain_name(name):
     """Return the ``name`` of a curve as formulas write it: "floor seen [-]" is floor_seen."""
     return re.sub(r"[^a-z0-9]+", "_", name.split("[")[0].lower()).strip("_")
 
@@ -179,7 +179,8 @@ def _reading(name, control, run):
     if found is None:
         raise Absent("{}: readings are kept in runs without ROS alone".format(name))
     if np.isnan(found).any():
-        raise Absent("{}: a robot never had such a reading".format(name))
+        text = "{}: a robot never had such a reading; mrs-simulator requirements lists those of a scenario"
+        raise Absent(text.format(name))
     return found
 
 

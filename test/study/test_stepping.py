@@ -211,6 +211,81 @@ def test_laws_of_commands_go_from_command_to_command_as_step_by_step(law, case, 
     assert DUE in ends and ends.count(BY_STEP) < 0.1 * by_step.step
 
 
+POSTS = [{"type": "cylinder", "center": [x, 1.7], "radius": 0.2} for x in (-0.7, 0.7)]
+SEEN = {
+    "laser": {"type": "laser", "rays": 12, "rate": 10, "noise": {"stddev": "1 cm", "latency": 0.05}}
+}
+SEEN.update(
+    imu={"type": "imu", "rate": 12.5},
+    bumper={"type": "bumper", "rate": 50},
+    battery={"type": "battery"},
+)
+AMONG = {
+    "crowd": {},
+    "apart": {"poses": {"layout": "grid", "spacing": 2.0}},
+    "among posts": {"poses": {"layout": "grid", "spacing": 3.0}, "obstacles": POSTS},
+    "round": {"model": "epuck", "poses": {"layout": "grid", "spacing": 0.5}},
+    "rarely": {
+        "control": {"rate": 5},
+        "record_rate": 12.5,
+        "poses": {"layout": "grid", "spacing": 2.0},
+    },
+}
+
+
+def felt(control):
+    """Remember what the robots of ``control`` read."""
+    each = [tuple(map(str, vars(control.readings[number]).values())) for number in control.numbers]
+    control.met.append((control.time, np.array(each)))
+
+
+class Feels(Walk):
+    SENSORS = ("laser", "imu", "bumper")
+
+    def pointMassLaw(self, hand):
+        felt(self)
+        scan = self.readings[1].laser
+        return super().pointMassLaw(hand) * (0.2 if scan is None else min(1.0, scan.ranges.min()))
+
+
+class FeelsByHook(ByHook):
+    SENSORS = ("laser", "battery")
+
+    def calculateControlLaw(self, pos_map):
+        felt(self)
+        return super().calculateControlLaw(pos_map)
+
+
+@pytest.mark.parametrize("law", [Feels, FeelsByHook])
+@pytest.mark.parametrize("case", AMONG)
+def test_sensors_are_read_between_commands_as_step_by_step(law, case, compiled, tmp_path):
+    given = crowd(**AMONG[case], sensors=[{"mounts": SEEN}], duration=2.4)
+    wanted, each, by_step = run(given, law, tmp_path)
+    ends = compiled()
+    told, counts, _ = run(given, law, tmp_path)
+    assert told == wanted
+    assert max(each) == 1 < max(counts) and DUE in ends
+
+
+class Ahead(ByHook):
+    def calculateControlLaw(self, pos_map):
+        super().calculateControlLaw(pos_map)
+        return [make_twist(0.4, 0.0) for _ in pos_map]
+
+
+FACING = {"robots": 2, "poses": [[0.0, 0.0, 0.0], [2.0, 0.0, 3.1]], "duration": 9.0}
+POST = [{"type": "cylinder", "center": [1.2, 0.0], "radius": 0.2}]
+
+
+@pytest.mark.parametrize("changes", [{"obstacles": POST}, {"model": "epuck"}], ids=str)
+def test_steps_in_which_other_bodies_are_near_are_the_worlds(changes, compiled, tmp_path):
+    wanted, _, _ = run(crowd(**FACING, **changes), Ahead, tmp_path)
+    ends = compiled()
+    told, _, experiment = run(crowd(**FACING, **changes), Ahead, tmp_path)
+    assert told == wanted and experiment.collisions
+    assert DUE in ends and 0 < ends.count(BY_STEP) < 20
+
+
 ENDS = [Raises, Stops, Breaks, Hurries, Flees, Stands, RaisesByHook, BreaksByHook, HurriesByHook]
 
 
@@ -260,14 +335,23 @@ def test_robots_that_are_pushed_between_samples_go_on_from_there(compiled):
     assert pushed(Experiment(crowd(), Walk)) == wanted and DUE in ends
 
 
-def test_where_sensors_are_read_robots_go_step_by_step_from_then_on(compiled):
-    ends, experiment = compiled(), Experiment(crowd(), Walk)
-    samples = experiment.samples()
+def watched(experiment):
+    """Return what sensors read that are asked for in the midst of a run."""
+    samples, read = experiment.samples(), []
     [next(samples) for _ in range(3)]
-    begun = len(ends)
-    experiment.watch({0: ("sonar",)})
-    [next(samples) for _ in range(3)]
-    assert 0 < begun == len(ends) and experiment.sensors.readings(experiment.world.time)
+    for _ in range(8):
+        experiment.watch({0: ("sonar",), 3: ("imu",)})
+        next(samples)
+        read.append(str(experiment.sensors.readings(experiment.world.time)))
+    return read
+
+
+def test_sensors_that_are_asked_for_in_the_midst_of_a_run_are_read(compiled):
+    given = crowd(sensors=[{"mounts": {"imu": {"type": "imu", "rate": 12.5}}}])
+    wanted = watched(Experiment(given, Walk))
+    ends = compiled()
+    assert watched(Experiment(given, Walk)) == wanted and DUE in ends
+    assert len(set(wanted)) > 3 and "imu" in wanted[-1]
 
 
 @pytest.mark.parametrize("apart, touch", [(0.7, True), (8.0, False)])
@@ -318,7 +402,6 @@ class Filtered(Walk):
         (Walk, {"control": {"safety": True}}),
         (Walk, {"control": {"deadband": 0.01}}),
         (Walk, {"requirements": {"near": "speed < 90 m/s"}}),
-        (Walk, {"obstacles": [{"type": "cylinder", "center": [9.0, 0.8], "radius": 0.2}]}),
         (Walk, {"model": "robotino3"}),
         (Walk, {"robots": 1}),
         (Walk, {"odometry": "wheel"}),

@@ -87,7 +87,8 @@ def has_form(control):
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """
     formed = hasattr(getattr(type(control), "pointMassLaw", None), "form")
-    return formed and control.runner.is_by_points and is_bare(control)
+    alone = control.runner.is_by_points and not control.SENSORS
+    return formed and alone and is_bare(control)
 
 
 def is_bare(control):
@@ -97,7 +98,7 @@ def is_bare(control):
         return False  # a stand-in with commands of its own
     replaced = any(getattr(own, name) is not getattr(PioneerControl, name) for name in LOOP)
     acts = control.runner.network or control.safety_filter.acts
-    return not (replaced or acts or control.SENSORS or control.deadband)
+    return not (replaced or acts or control.deadband)
 
 
 def _values(control, names):

@@ -72,9 +72,8 @@ class LawRunner:
         control = self._control
         if self._has_joints:
             self._set_joints(time, joints)
-        if readings is not None and readings is not self._sensed:
-            self._sensed = readings
-            control._keep(readings=readings_by_number(control.numbers, control.SENSORS, readings))
+        if readings is not None:
+            self.sense(readings)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
         self.heights = pose[:, 3].tolist() if pose.shape[1] > 3 else None
         control.__dict__["time"] = time  # as _keep, in less time
@@ -90,6 +89,13 @@ class LawRunner:
         if self._has_joints:
             self._given = command
         return command
+
+    def sense(self, readings):
+        """Let the law have the newest ``readings`` of the robots' sensors, ``{row: {name: reading}}``."""
+        control = self._control
+        if readings is not self._sensed:
+            self._sensed = readings
+            control._keep(readings=readings_by_number(control.numbers, control.SENSORS, readings))
 
     def _limited_commands(self, pose):
         """Return the law's commands (n, a) within limits and finite, from ``pose`` (n, 3)."""

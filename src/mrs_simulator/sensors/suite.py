@@ -115,6 +115,13 @@ class Suite:
                 fitted.before = elapsed, state()
         return [fitted for fitted in due if fitted.is_active]
 
+    def next_due(self, step):
+        """Return the step after ``step`` at which :meth:`update` does something next; inf where never."""
+        elapsed = step - self._begun
+        due = [fitted.steps - elapsed % fitted.steps for fitted in self._running]
+        due += [fitted.steps - (elapsed + 1) % fitted.steps for fitted in self._looking_back]
+        return step + min(due, default=np.inf)
+
     def readings(self, time):
         """Return the newest readings at ``time`` [s], ``{row: {name: reading}}``, after their latencies.
 

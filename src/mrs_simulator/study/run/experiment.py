@@ -258,8 +258,12 @@ class Experiment:
     @property
     def can_leap(self):
         """Return whether nothing but the law looks at robots between two samples, and they can leap."""
-        read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
-        if read or self.trace is not None:
+        return self.sensors.is_idle and self.can_leap_between_readings
+
+    @property
+    def can_leap_between_readings(self):
+        """Return whether nothing but the law and sensors looks at robots, and they can leap."""
+        if not (self._recorder is None and self.estimator is None and self.trace is None):
             return False
         return self.world.can_leap(self.scenario.steps_per_command)
 

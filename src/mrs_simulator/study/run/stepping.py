@@ -8,6 +8,7 @@ from mrs_simulator.world.motion.commanded_steps import (
     BY_STEP,
     COMMAND,
     DUE,
+    ENOUGH,
     FAR,
     NOTHING,
     ODD,
@@ -28,7 +29,7 @@ class Stepping:
     @staticmethod
     def fits(experiment):
         """Return whether an ``Experiment`` can go on so."""
-        if not (is_bare(experiment.control) and experiment.can_leap):
+        if not (is_bare(experiment.control) and experiment.can_leap_between_readings):
             return False
         return CommandedSteps.fit(experiment.world, experiment.scenario.steps_per_command)
 
@@ -55,7 +56,7 @@ class Stepping:
             control, rates = self._experiment.control, (self._every, self._between)
             l = control.l if self._by_points else None
             self._moved = CommandedSteps(self._world, step, l, control.saturation, rates)
-        return self._experiment.sensors.is_idle
+        return self._moved.has_room
 
     def block(self, steps):
         """Go on towards ``steps``; yield samples as ``Leaping.blocks`` does, or nothing.
@@ -80,15 +81,21 @@ class Stepping:
             raise raised
 
     def _go_on(self, steps):
-        experiment, moved = self._experiment, self._moved
+        experiment, moved, sensors = self._experiment, self._moved, self._experiment.sensors
         due = experiment.step < 0
+        reading = self._read(max(0, experiment.step)) if due else sensors.next_due(experiment.step)
         seen, first, wanted = due and self._seen(self._world.pose), NOTHING, None
         while True:
             if due:
                 wanted, first = experiment.asked(self._asked, seen), COMMAND
-            why = moved.advance(steps, first, wanted)
+            why, due = moved.advance(min(steps, reading), first, wanted), False
+            is_read = why in (DUE, ENOUGH) and moved.now == reading
+            if is_read:
+                reading = self._read(reading)
             if why == DUE:
                 seen, due = moved.points if self._by_points else moved.pose, True
+            if why == DUE or is_read:
+                first = NOTHING
                 continue
             self._give_back()
             if why not in (FAR, ODD, BY_STEP):
@@ -101,9 +108,18 @@ class Stepping:
             else:
                 experiment.advance()
                 experiment.step += 1
+                reading = self._read(experiment.step)
                 due = experiment.step % self._every == 0
                 seen = due and self._seen(self._world.pose)
+                steps = steps if moved.has_room else experiment.step
             moved.begin(self._kept[self._filled :])
+
+    def _read(self, step):
+        """Read the sensors that are due at ``step``; return when some are next."""
+        sensors = self._experiment.sensors
+        if not sensors.is_idle:
+            sensors.update(step, self._moved.sensed if self._moved.is_on else self._world.sensed)
+        return sensors.next_due(step)
 
     def _seen(self, pose):
         """Return what the law sees of robots at ``pose`` (n, 3): their points (n, 2), or this."""
@@ -112,8 +128,10 @@ class Stepping:
     def _asked(self, seen):
         """Return what the law wants (n, 2), velocities of points or commands; where it raises, the world is
         there."""
-        runner = self._experiment.control.runner
+        sensors, runner = self._experiment.sensors, self._experiment.control.runner
         law = runner.velocities if self._by_points else runner.unlimited_commands
+        if not sensors.is_idle:
+            runner.sense(sensors.readings(self._moved.time))
         try:
             return law(seen, self._moved.time)
         except BaseException:

@@ -217,10 +217,13 @@ class Bodies:
             self.room = self._free - math.sqrt(moved)
         if self.room > 0.0:
             return []
-        contacts = self._pushed_apart(pose, z)
-        if self._moves:
-            return contacts
-        self._free = self.room = 0.0 if contacts else self._room_to_move(pose)
+        contacts, room = [], self._room_to_move(pose) if self._free > 0.0 else 0.0
+        if not room > 0.0:
+            contacts = self._pushed_apart(pose, z)
+            if self._moves:
+                return contacts
+            room = 0.0 if contacts else self._room_to_move(pose)
+        self._free = self.room = room
         self._looked = pose[:, :2].copy(order="F")
         return contacts
 
@@ -282,7 +285,7 @@ class Bodies:
                 return None
         if measured[1] <= self._bounds[0]:
             self._measured = (pose, *measured)
-        return self._touches(hits)
+        return self.touches(hits)
 
     def step_by_loop(self, step, given, pose, after):
         """Let the compiled ``crowd_steps.step_all`` move robots; return the contacts.
@@ -307,7 +310,7 @@ class Bodies:
             self._measured = pose, nearest, moved
         self._free = self.room = 0.0 if hits else self._room_to_move(pose)
         self._looked = pose[:, :2]
-        return self._touches(hits)
+        return self.touches(hits)
 
     @property
     def looked(self):
@@ -326,7 +329,7 @@ class Bodies:
         """
         self._looked, self._free, self.room = looked
         self._headed, self._measured = headings and (pose, headings), None
-        return self._touches(hits)
+        return self.touches(hits)
 
     @property
     def is_plain(self):
@@ -334,15 +337,19 @@ class Bodies:
         return self._is_plain and not np.count_nonzero(self.solved)
 
     def _looked_up(self, listed):
-        """Return what ``push_all`` takes after the headings, with the pairs ``listed``."""
+        """Return what ``push_all`` takes after the headings, with the pairs ``listed``.
+
+        No passes where it cannot push these bodies apart.
+        """
         if self._kept_of is not listed:
             m, n = len(listed[0]), listed[2].shape[1]
             kept = np.empty((2, m + 1), int), np.empty((2, n)), np.array([-1])
             self._kept_of, self._room_for = listed, (np.empty((2, m), int), np.empty((3, m)))
-            self._known = self._outlines, listed, kept, self._bounds, PASSES, *self._room_for
+            passes = PASSES if self.is_plain else 0
+            self._known = self._outlines, listed, kept, self._bounds, passes, *self._room_for
         return self._known
 
-    def _touches(self, hits):
+    def touches(self, hits):
         """Return the ``Touches`` of so many pairs, as ``push_all`` has filled them in."""
         if not hits:
             return Touches()

@@ -13,6 +13,7 @@ import numpy as np
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import kept as kept_kernel
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
+from mrs_simulator.sensors.state import State
 from mrs_simulator.world.contact.bodies import ROUNDING
 from mrs_simulator.world.contact.collisions import SKIN
 from mrs_simulator.world.contact.compiled_contacts import APART, note_all
@@ -23,6 +24,7 @@ from mrs_simulator.world.motion.crowd_steps import step_all
 from mrs_simulator.world.motion.stretch_parts import FASTEST, copy, keep
 from mrs_simulator.world.motion.stretches import SCOPES
 
+FEW = 5  # [-] steps for which it does not pay to begin
 # Why steps ended: a command is due; no more samples, or steps, are wanted; pairs are to be listed anew; the
 # next step is the world's own; no usable command; a robot is farther away than a sample may have it;
 # there is no room for more contacts.
@@ -73,7 +75,7 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
             before, (command, given), step, reach, after, room, *pairs
         )
         if hits == LIST_IS_STALE:
-            return now, STALE
+            return now, STALE if pairs[4] > 0 else BY_STEP
         if hits > 0:
             if moved > pairs[3][0] or nearest >= pairs[3][3]:
                 return now, BY_STEP  # in which pairs that are not listed are looked at
@@ -195,8 +197,8 @@ class CommandedSteps:
     def fit(world, every):
         """Return whether robots of ``world`` can be moved so, which get a command ``every`` steps."""
         motion, n = world.motion, world.n
-        crowd = getattr(motion, "is_crowd", False) and world.can_leap(every) and n > 1
-        return crowd and bool((world.team.limits.of_all(n).top > 0.0).all())
+        alike = getattr(motion, "is_of_unicycles", False) and world.can_leap(every) and n > 1
+        return alike and bool((world.team.limits.of_all(n).top > 0.0).all())
 
     def __init__(self, world, step, l, saturation, rates):
         """``step``: the compiled :func:`steps_between`; ``l`` [m]: the hand length, None where commands are
@@ -214,6 +216,12 @@ class CommandedSteps:
         self._noted = np.empty((2, 2, n), np.int64), np.empty((3, n), np.int64), np.empty((2, n))
         self._commanded = None  # the step of the last command
         self.is_on = False  # whether the world waits for :meth:`end`
+
+    @property
+    def has_room(self):
+        """Return whether more than a few steps can be made, where the world is its own."""
+        motion = self._world.motion
+        return motion.is_crowd or motion.room > FEW
 
     @property
     def time(self):
@@ -281,6 +289,15 @@ class CommandedSteps:
             else:
                 return BY_STEP if why == STALE else why
             first = NOTHING
+
+    def sensed(self):
+        """Return the ``State`` that sensors read, as ``World.sensed`` does, where robots have come to."""
+        here, hits = self._counts[[STATE, TOUCHES]].tolist()
+        pose = self._poses[here].T.copy("F")
+        twist = np.zeros_like(pose)
+        twist[:, 0], twist[:, 2] = self._inners[here]
+        travel = tuple(self._world.motion.wheel_travel)
+        return State(self.time, pose, twist, travel, tuple(self._bodies.touches(hits)))
 
     @property
     def pose(self):

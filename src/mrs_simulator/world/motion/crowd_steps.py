@@ -11,7 +11,7 @@ import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import kept as kept_kernel
-from mrs_simulator.world.contact.compiled_contacts import APART, farthest, push_all
+from mrs_simulator.world.contact.compiled_contacts import APART, STALE, farthest, push_all
 from mrs_simulator.world.motion.compiled import feel_all
 from mrs_simulator.world.motion.stretch_parts import PI, TURN, clip, greatest_of, ramp
 
@@ -26,7 +26,8 @@ def step_all(state, given, step, reach, after, room, *pairs):
     at, and these places (2, n); ``pairs``: what ``push_all`` takes after the headings.
 
     Filled: the state ``after`` it; without headings where nothing is looked at, ``APART``.  With ``STALE``
-    the poses are those before robots are pushed apart, and pairs are to be listed anew.
+    the poses are those before robots are pushed apart, and pairs are to be listed anew, or without passes
+    bodies to be looked at elsewhere.
     """
     pose, inner, turned = state
     to_pose, to_inner, to_turned = after
@@ -37,6 +38,8 @@ def step_all(state, given, step, reach, after, room, *pairs):
         left = free - math.sqrt(farthest(to_pose[0], to_pose[1], looked[0], looked[1]))
     if left > 0.0:
         return APART, 0.0, 0.0, left
+    if pairs[4] == 0:
+        return STALE, 0.0, 0.0, left
     cosines(to_pose[2], to_turned[0])
     sines(to_pose[2], to_turned[1])
     unpushed = to_pose[:2].copy()

@@ -184,11 +184,21 @@ class KinematicMotion:
         return True
 
     @property
-    def is_crowd(self):
-        """Return whether ``crowd_steps`` move these robots: unicycles, rectangles on open ground."""
+    def is_of_unicycles(self):
+        """Return whether all robots are unicycles that nothing but their wheels moves."""
         if self._is_alike is None:
             self._is_alike = self.can_leap and self.team.groups[0].drive is differential
-        return self._is_alike and self._bodies.is_plain
+        return self._is_alike
+
+    @property
+    def is_crowd(self):
+        """Return whether ``crowd_steps`` move these robots: unicycles, rectangles on open ground."""
+        return self.is_of_unicycles and self._bodies.is_plain
+
+    @property
+    def room(self):
+        """Return how many steps robots move at least before two bodies can touch, by what is known."""
+        return self._bodies.room / self._reach
 
     def crowd_given(self):
         """Return what ``crowd_steps.step_all`` takes that stays: the limits, and what is after them."""

@@ -125,7 +125,7 @@ def crowd(**changes):
     return scenario_from_dict(content, "test")
 
 
-@pytest.fixture(params=["loops", "numba"])
+@pytest.fixture(params=["loops", pytest.param("numba", marks=pytest.mark.release)])
 def compiled(request, monkeypatch):
     """Return a function from which on steps are made by the loops, as Python runs them or compiled."""
     if request.param == "numba":

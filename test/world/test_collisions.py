@@ -201,7 +201,8 @@ LOOPS = {
     compiled_motion.compiled_feel: compiled_motion.feel_all,
     crowd_steps.compiled_step: crowd_steps.step_all,
 }
-WAYS = ["numpy", "loops", "numba"]
+# Compiling takes long, and the loops are the same code.
+WAYS = ["numpy", "loops", pytest.param("numba", marks=pytest.mark.release)]
 
 
 def by(way, monkeypatch):
@@ -318,7 +319,7 @@ def test_a_crowd_by_the_loops_has_numpys_bits(way, monkeypatch):
     assert sum(len(told[3]) for told in wanted) > n
 
 
-@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=pytest.mark.release)])
 def test_pairs_by_the_loop_are_those_of_the_grid(compiled):
     loop = compiled_neighbours.pairs_in_cells
     if compiled:

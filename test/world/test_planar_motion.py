@@ -78,7 +78,7 @@ def test_who_brakes_harder_than_its_weight_holds_tips():
     assert slides[3] and not driven(wheels(friction=0.4), (-9.0, -9.0), 0.1)[3]
 
 
-@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=pytest.mark.release)])
 def test_compiled_wheels_roll_slide_and_tip_to_the_same_bits(compiled):
     if compiled:
         pytest.importorskip("numba")
@@ -107,7 +107,7 @@ def test_who_tips_is_one_question_in_both_loops():
     assert 20 < sum(stands for stands, _ in told) < 180
 
 
-@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=pytest.mark.release)])
 @pytest.mark.parametrize("limits", ["firmware", "top", None])
 def test_steps_in_one_call_have_the_bits_of_numpys(limits, compiled, monkeypatch):
     if compiled:

@@ -268,8 +268,14 @@ def coverage(points, samples, density):
 
 
 def _nearest(points, samples):
-    """Return the nearest of ``points`` (n, 2) to each of ``samples`` (s, 2), and the distance squared."""
+    """Return the nearest of ``points`` (n, 2) to each of ``samples`` (s, 2), and the distance squared.
+
+    Of equals the first.  Point by point, along rows: numpy looks for least values of columns more slowly.
+    """
     apart = points[:, :1] - samples[:, 0], points[:, 1:] - samples[:, 1]
     squared = apart[0] ** 2 + apart[1] ** 2
-    owner = squared.argmin(axis=0)
-    return owner, squared[owner, np.arange(len(samples))]
+    owner, least = np.zeros(len(samples), dtype=int), squared[0]
+    for row in range(1, len(points)):
+        np.copyto(owner, row, where=squared[row] < least)
+        np.minimum(least, squared[row], out=least)
+    return owner, least

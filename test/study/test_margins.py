@@ -197,6 +197,20 @@ def test_the_figure_has_words_and_units_of_every_usual_axis():
     assert all("[{}]".format(axis.unit or "-") in WORDS[axis.key] for axis in USUAL)
 
 
+def test_the_worst_corner_stands_in_the_figure():
+    report = report_with(["kept", "near"])
+    assert not any(
+        line.get_linestyle() == "-." for line in margins_figure(report, 5.0).axes[0].lines
+    )
+    report["together"] = {"corner": {"mismatch.delay": 0.25, "links.loss": 0.125}}
+    figure = margins_figure(report, 5.0)
+    for panel, value in zip(figure.axes, (0.25, 0.125)):
+        (line,) = [each for each in panel.lines if each.get_linestyle() == "-."]
+        assert list(line.get_xdata()) == [value, value]
+    texts = [each.get_text() for each in figure.axes[0].get_legend().get_texts()]
+    assert texts[-1] == "worst corner, together"
+
+
 def test_what_is_not_measured_or_does_not_break_is_no_trouble():
     assert margin_checks({"axes": AXES}, {"control.rate": [9.0]}) == []
     free = [dict(AXES[0], breaks={"near": None})]

@@ -73,6 +73,17 @@ def test_robustness_has_a_heat_map_about_zero(tmp_path):
     assert "robustness of kept\n[m]" in [axes.get_ylabel() for axes in figure.axes]
 
 
+def test_marks_are_dark_on_bright_cells_and_white_on_dark_ones():
+    table = []
+    for a, b in itertools.product((0, 1), (0, 1)):
+        low = -5.0 if a and b else -0.01  # dark red, and nearly white
+        own = {"name": "kept", "unit": "m", "met": False, "low": low, "high": low}
+        table.append(({"a": a, "b": b}, {"checks": [], "requirements": [own]}))
+    marks = [line for line in sweep_figure(table).axes[0].lines if line.get_marker() == "x"]
+    places = {line.get_markeredgecolor(): sorted(zip(*line.get_data())) for line in marks}
+    assert places == {"0.35": [(0, 0), (0, 1), (1, 0)], "white": [(1, 1)]}
+
+
 def test_three_keys_give_a_grid_and_words_are_an_axis():
     table = [row(a, a=a, b=b, c=c) for a in (0.1, 0.2) for b in ("x", "y") for c in (1, 2, 3)]
     figure = sweep_figure(table)

@@ -7,7 +7,8 @@ from mrs_simulator.study.draw.sweep_figures import FAILED, PASSED
 
 STRIP, REST = 0.2, 0.62  # [in], height of one requirement's bar, and of the rest of an axis
 BEYOND = 0.03  # [-] of an axis, drawn beyond its ends
-LEGEND = 0.3  # [in]
+LEGEND, WIDE = 0.3, 5.0  # [in], height of a row, and width that four entries need
+CORNER = "tab:blue"
 WORDS = {  # with units, for the usual axes
     "mismatch.delay": "delay of commands [s]",
     "links.loss": "share of lost messages [-]",
@@ -22,28 +23,37 @@ def margins_figure(report, width):
     """Return the figure of a ``report`` of the program ``margins``, ``width`` [in] wide.
 
     A panel for each axis, in its own unit from the nominal value on; a bar for each requirement, up to
-    where it breaks.
+    where it breaks; where several differ together, the corner at which one breaks first.
     """
     panels, names = {}, list(report["nominal"])
+    corner = (report.get("together") or {}).get("corner") or {}
     for axis in report["axes"]:
         panels.setdefault(axis["key"], []).append(axis)
-    figure = new_figure(width, LEGEND + len(panels) * (REST + STRIP * len(names)))
+    handles = _legend(corner)
+    columns = len(handles) if len(handles) < 4 or width >= WIDE else 2
+    rows = -(-len(handles) // columns)
+    figure = new_figure(width, LEGEND * rows + len(panels) * (REST + STRIP * len(names)))
     for row, (key, axes) in enumerate(panels.items()):
         panel = figure.add_subplot(len(panels), 1, row + 1)
         _draw_axes(panel, axes, names)
+        if key in corner:
+            panel.axvline(corner[key], color=CORNER, linestyle="-.", linewidth=1.0)
         unit = axes[0]["unit"]
         panel.set_xlabel(WORDS.get(key, "{} [{}]".format(key, unit) if unit else key))
         if row == 0:
-            panel.legend(handles=_legend(), ncol=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+            panel.legend(handles=handles, ncol=columns, **place)
     settle(figure)
     return figure
 
 
-def _legend():
+def _legend(corner):
+    worst = Line2D([], [], color=CORNER, linestyle="-.", label="worst corner, together")
     return [
         Line2D([], [], color="0.2", linestyle=":", label="scenario"),
         Line2D([], [], color=PASSED, linewidth=6.0, label="holds"),
         Line2D([], [], color=FAILED, marker="x", linestyle="", markersize=6.0, label="breaks"),
+        *([worst] if corner else []),
     ]
 
 

@@ -25,6 +25,10 @@ ROBUSTNESS = "robustness of {}"
 PANEL = 1.7  # [in], height of a heat map
 # colours of the marks in the legend, and of cells without a value
 CELL, NOTHING = "0.35", "#dddddd"
+LUMINANCE, BRIGHT = (
+    np.array([0.2126, 0.7152, 0.0722]),
+    0.6,
+)  # of red, green, blue; on which marks are dark
 # [-] of values that ask for a logarithmic scale; of its least value
 SPREAD, LEAST_SHARE = 1e3, 1e-9
 NEITHER = 1e-6  # [1/s] within which nothing decays or grows: the threshold itself
@@ -214,14 +218,25 @@ def _draw_row(figure, panels, cells, name):
         axes.grid(False)
         axes.set_facecolor(NOTHING)
         for chosen, marker in ((failed, "x"), (unjudged & ~failed, ".")):
-            places = np.argwhere(chosen)
-            if len(places):
-                style = {"ls": "", "ms": 5, "mew": 1.1, "mec": "white", "mfc": "white"}
-                axes.plot(places[:, 1], places[:, 0], marker, **style)
+            _mark(axes, marker, chosen, _is_bright(image.to_rgba(np.ma.masked_invalid(mean))))
     bar = figure.colorbar(image, ax=list(panels), pad=0.02, aspect=18)
     bar.set_label(_two_lines(name), fontsize=8)
     if not isinstance(norm, LogNorm):  # whole numbers beside the bar, no "+1" above it
         bar.ax.ticklabel_format(axis="y", useOffset=False)
+
+
+def _is_bright(cells):
+    """Return of the colours ``cells`` (..., 4) whether marks on them have to be dark."""
+    return cells[..., :3] @ LUMINANCE > BRIGHT
+
+
+def _mark(axes, marker, chosen, bright):
+    """Draw a ``marker`` on each ``chosen`` cell, in the colour that is seen on it."""
+    for on, colour in ((bright, CELL), (~bright, "white")):
+        places = np.argwhere(chosen & on)
+        if len(places):
+            style = {"ls": "", "ms": 5, "mew": 1.1, "mec": colour, "mfc": colour}
+            axes.plot(places[:, 1], places[:, 0], marker, **style)
 
 
 def about_zero(means):

@@ -41,6 +41,7 @@ UNITS = {
     "links.delay": "s",
     "links.delay.default": "s",
     "links.switching.dwell": "s",
+    "mismatch.delay": "s",
 }
 PART = re.compile(r"^(\d+)/(\d+)$")
 # [s] of wall time at least between two writings of the table, which grows with the runs

@@ -24,7 +24,7 @@ from mrs_simulator.study.draw.canvas import (
     styled,
 )
 from mrs_simulator.study.draw.curve_figures import draw_inputs, draw_states, inputs_height
-from mrs_simulator.study.draw.figure_parts import emptied, legend_above, predicted_of
+from mrs_simulator.study.draw.figure_parts import predicted_of
 from mrs_simulator.study.draw.plane_figure import draw_trajectories, trajectories_height
 from mrs_simulator.study.draw.style import Look, check_formats
 
@@ -59,13 +59,9 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None, pa
 
 @styled
 def warm_up(formats):
-    """Load fonts and what writes ``formats`` by a small drawing, so that no figure waits for it."""
+    """Load fonts, what reads formulas, and what writes ``formats``, so that no figure waits for it."""
     figure = new_figure(*WARMING)
-    axes = emptied(figure, 1)[0]
-    axes.plot([0.0, 1.0], [0.0, 1.0], label="Robot 1234567890")
-    axes.set(xlabel="$x$ [m]", ylabel=r"$\omega$ [rad/s]")
-    legend_above(axes)
-    settle(figure)
+    figure.text(0.0, 0.0, r"Robot 1234567890 $x$ $\omega$")
     for kind in formats:
         print_settled(figure, io.BytesIO(), kind)
 

@@ -12,6 +12,7 @@ from snapshots import snapshot_of
 from mrs_simulator.rqt_plugin.run import run_judge
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.run_judge import RunJudge
+from mrs_simulator.rqt_plugin.window.course import Course
 from mrs_simulator.study.run.run_so_far import standings_of
 
 SCENARIO = shipped("consensus")
@@ -56,6 +57,30 @@ def test_a_run_is_asked_about_and_then_judged_once(judge):
     assert judge.of._waits is None
     judge.study.is_controlled.return_value = False
     assert answer(judge).verdict
+
+
+def test_how_a_run_stood_is_not_shown_any_more_once_it_is_over(judge):
+    panels, opened = mock.Mock(), SimpleNamespace(run=None)
+    live = SimpleNamespace(ran=(SCENARIO, {}))
+    course = Course(panels, judge.study, judge.history, live, opened)
+    add(judge.history, [2.0, 2.1, 2.2])
+
+    def shown():
+        course.follow()
+        return panels.verdict.set_standings.called
+
+    wait_until(shown)
+    panels.verdict.set_standings.reset_mock()
+    add(judge.history, [2.3])
+    course._judge.follow(live.ran)  # asked in time
+    add(judge.history, [SCENARIO.duration + 2.0])  # and answered late
+
+    def judged():
+        course.follow()
+        return panels.verdict.set_verdict.called
+
+    wait_until(judged)
+    assert not panels.verdict.set_standings.called
 
 
 def test_an_answer_on_a_run_that_is_gone_is_dropped_and_an_unknown_law_is_not_asked(judge):

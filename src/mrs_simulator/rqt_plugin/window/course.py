@@ -31,7 +31,8 @@ class Course:
         if history.cleared != self._cleared:  # another run, or none
             self._cleared = history.cleared
             panel.clear()
-        self._judge.follow(self._live.ran)
+        ran = self._live.ran
+        self._judge.follow(ran)
         said = self._judge.take()
         if said is None:
             return
@@ -39,8 +40,9 @@ class Course:
             panel.show_trouble("no verdict yet: {}".format(reason(said.error)))
         elif said.verdict is not None:
             panel.set_verdict(said.verdict)
-        elif np.isfinite(history.moved):
-            duration = self._live.ran[0].duration if self._live.ran else said.time
+        # What was asked while a run lasted must not hide the verdict on it, which others may have shown.
+        elif np.isfinite(history.moved) and not (ran and self._judge.is_over(ran[0])):
+            duration = ran[0].duration if ran else said.time
             panel.set_standings(said.standings, said.time, duration)
 
     def close(self):

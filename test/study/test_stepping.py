@@ -286,18 +286,53 @@ def test_steps_in_which_other_bodies_are_near_are_the_worlds(changes, compiled, 
     assert DUE in ends and 0 < ends.count(BY_STEP) < 20
 
 
+ACTING = {
+    "filter": {"control": {"safety": True}},
+    "slow filter": {"control": {"safety": {"speed": 0.2}, "saturation": "team"}},
+    "filter among posts": {
+        "control": {"safety": {"obstacles": True}},
+        "poses": {"layout": "grid", "spacing": 3.0},
+        "obstacles": POSTS,
+    },
+    "filter by sensors": {
+        "control": {"safety": {"sensed": "laser"}},
+        "sensors": [{"mounts": SEEN}],
+    },
+    "deadband": {"control": {"deadband": 0.4}, "poses": {"layout": "grid", "spacing": 0.7}},
+}
+
+
+@pytest.mark.parametrize("law", [Walk, ByHook, ByNeighbours])
+@pytest.mark.parametrize("acts", ACTING)
+def test_commands_that_a_filter_changes_are_obeyed_as_step_by_step(law, acts, compiled, tmp_path):
+    changes = {"poses": {"layout": "grid", "spacing": 1.2}, "topology": {"preset": "ring"}}
+    given = crowd(**{**changes, **ACTING[acts]})
+    wanted, each, by_step = run(given, law, tmp_path)
+    ends = compiled()
+    told, counts, _ = run(given, law, tmp_path)
+    assert told == wanted
+    assert max(each) == 1 < max(counts) and sum(counts) == sum(each)
+    assert DUE in ends and ends.count(BY_STEP) < 0.1 * by_step.step
+    free, _, _ = run(given._replace(control=crowd().control), law, tmp_path)
+    assert free[0] != told[0]
+
+
 ENDS = [Raises, Stops, Breaks, Hurries, Flees, Stands, RaisesByHook, BreaksByHook, HurriesByHook]
 
 
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("law", ENDS)
-@pytest.mark.parametrize("changes", [{}, CASES["unsaturated"]], ids=["", "unsaturated"])
+@pytest.mark.parametrize(
+    "changes",
+    [{}, CASES["unsaturated"], ACTING["deadband"]],
+    ids=["", "unsaturated", "deadband"],
+)
 def test_a_law_ends_a_run_as_step_by_step(law, changes, compiled, tmp_path):
     wanted, _, _ = run(crowd(**changes), law, tmp_path)
     compiled()
     told, _, _ = run(crowd(**changes), law, tmp_path)
     assert told == wanted
-    limited = law in (Hurries, Flees, HurriesByHook) and not changes
+    limited = law in (Hurries, Flees, HurriesByHook) and changes != CASES["unsaturated"]
     assert (wanted[2] is None) == (law is Stands or limited)
 
 
@@ -399,8 +434,6 @@ class Filtered(Walk):
     "law, changes",
     [
         (Filtered, {}),
-        (Walk, {"control": {"safety": True}}),
-        (Walk, {"control": {"deadband": 0.01}}),
         (Walk, {"requirements": {"near": "speed < 90 m/s"}}),
         (Walk, {"model": "robotino3"}),
         (Walk, {"robots": 1}),

@@ -93,12 +93,16 @@ def has_form(control):
 
 def is_bare(control):
     """Return whether a law and limits alone decide on the commands of ``control``."""
+    return has_plain_loop(control) and not (control.safety_filter.acts or control.deadband)
+
+
+def has_plain_loop(control):
+    """Return whether neither faults of edges nor methods of a class of its own decide on commands."""
     own = type(control)
     if not issubclass(own, PioneerControl):
         return False  # a stand-in with commands of its own
     replaced = any(getattr(own, name) is not getattr(PioneerControl, name) for name in LOOP)
-    acts = control.runner.network or control.safety_filter.acts
-    return not (replaced or acts or control.deadband)
+    return not (replaced or control.runner.network)
 
 
 def _values(control, names):

@@ -298,13 +298,14 @@ class Experiment:
 
     def command_within(self, command):
         """Give all robots the ``command`` (n, a) that the law wants, within limits."""
-        command = self.asked(self.control.runner.limited, command)
-        if not self.world.set_commands(EVERY, command):
-            self._refuse_too_fast(command)
+        self.give(self.asked(self.control.runner.limited, command))
 
     def command_all(self):
         """Ask the law, and command all robots."""
-        command = self._command(self._known())
+        self.give(self._command(self._known()))
+
+    def give(self, command):
+        """Give all robots the ``command`` (n, a); ``LawFailed`` where the world refuses it."""
         if not self.world.set_commands(EVERY, command):
             self._refuse_too_fast(command)
 

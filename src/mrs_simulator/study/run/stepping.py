@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.control.array_law import is_bare
+from mrs_simulator.control.array_law import has_plain_loop, is_bare
 from mrs_simulator.core.compiling import is_chosen, is_kept, same_bits
 from mrs_simulator.world.motion.commanded_steps import (
     BY_STEP,
@@ -29,7 +29,7 @@ class Stepping:
     @staticmethod
     def fits(experiment):
         """Return whether an ``Experiment`` can go on so."""
-        if not (is_bare(experiment.control) and experiment.can_leap_between_readings):
+        if not (has_plain_loop(experiment.control) and experiment.can_leap_between_readings):
             return False
         return CommandedSteps.fit(experiment.world, experiment.scenario.steps_per_command)
 
@@ -38,7 +38,9 @@ class Stepping:
         self._experiment, self._world, self._most = experiment, experiment.world, most
         scenario = experiment.scenario
         self._every, self._between = scenario.steps_per_command, scenario.steps_per_record
-        self._by_points = experiment.control.runner.is_by_points
+        control = experiment.control
+        self._is_bare = is_bare(control)  # else control has the law's commands limited, and changed
+        self._by_points = self._is_bare and control.runner.is_by_points
         self._moved = None  # the ``CommandedSteps``
 
     def is_worth(self):
@@ -55,7 +57,8 @@ class Stepping:
                 return False
             control, rates = self._experiment.control, (self._every, self._between)
             l = control.l if self._by_points else None
-            self._moved = CommandedSteps(self._world, step, l, control.saturation, rates)
+            scope = control.saturation if self._is_bare else "none"
+            self._moved = CommandedSteps(self._world, step, l, scope, rates)
         return self._moved.has_room
 
     def block(self, steps):
@@ -104,7 +107,7 @@ class Stepping:
             if why == FAR:
                 experiment.sample()  # which raises
             elif why == ODD:
-                experiment.command_within(self._command_for(wanted))
+                self._give(wanted)
             else:
                 experiment.advance()
                 experiment.step += 1
@@ -126,10 +129,13 @@ class Stepping:
         return self._experiment.control.points(pose) if self._by_points else pose
 
     def _asked(self, seen):
-        """Return what the law wants (n, 2), velocities of points or commands; where it raises, the world is
-        there."""
-        sensors, runner = self._experiment.sensors, self._experiment.control.runner
+        """Return what the law wants (n, 2), velocities of points or commands, or its commands as control
+        has them; where it raises, the world is there."""
+        sensors, control = self._experiment.sensors, self._experiment.control
+        runner = control.runner
         law = runner.velocities if self._by_points else runner.unlimited_commands
+        if not self._is_bare:
+            law, seen = control.commands, np.array(seen, order="F")  # the filter may keep them
         if not sensors.is_idle:
             runner.sense(sensors.readings(self._moved.time))
         try:
@@ -138,10 +144,15 @@ class Stepping:
             self._give_back()
             raise
 
-    def _command_for(self, wanted):
-        """Return the commands (n, 2) of what the law ``wanted``."""
-        control = self._experiment.control
-        return control.commands_for(wanted, self._world.pose) if self._by_points else wanted
+    def _give(self, wanted):
+        """Give the robots the commands (n, 2) of what the law ``wanted``."""
+        experiment = self._experiment
+        if not self._is_bare:
+            experiment.give(wanted)
+            return
+        if self._by_points:
+            wanted = experiment.control.commands_for(wanted, self._world.pose)
+        experiment.command_within(wanted)
 
     def _give_back(self):
         """Let world and experiment be where robots have come to."""

@@ -1,16 +1,10 @@
 """A thread that does things one after the other, beside whoever asks for them."""
 
-import os
 import queue
 import threading
 import weakref
 
 MOST_WAITING = 6  # [-] things that wait until they are done: they take memory
-
-
-def cores():
-    """Return how many cores this process may use; 1 where only Linux could tell."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
 
 
 class Beside:

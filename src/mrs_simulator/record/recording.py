@@ -13,13 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.cores import cores
 from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance_over
 from mrs_simulator.core.sample_blocks import blocks, note_seen, release_of
 from mrs_simulator.core.writing import Blocks, write_text
 from mrs_simulator.record import MOST_KEPT
-from mrs_simulator.record.beside import Beside, cores
+from mrs_simulator.record.beside import Beside
 from mrs_simulator.record.kind_column import kind_fields, without_kinds
 from mrs_simulator.record.number_rows import AT_ONCE, Lines
 from mrs_simulator.record.run_changes import read_changes

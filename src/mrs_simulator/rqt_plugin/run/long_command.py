@@ -1,11 +1,11 @@
 """A command of this package that takes long, in a process of its own; without Qt."""
 
-import os
+from mrs_simulator.core.cores import cores
 
 
 def jobs():
     """Return how many processes a command may have: all cores but one, which is the window's."""
-    return max(1, (os.cpu_count() or 1) - 1)
+    return max(1, cores() - 1)
 
 
 class LongCommand:

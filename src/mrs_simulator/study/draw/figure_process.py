@@ -10,14 +10,15 @@ import gc
 import mmap
 import os
 import signal
+import sys
 import threading
 from collections import deque
 from importlib.util import find_spec
 from multiprocessing.connection import Pipe, wait
 
 from mrs_simulator.control.worker_process import guarded
+from mrs_simulator.core.cores import cores
 from mrs_simulator.record import MOST_KEPT
-from mrs_simulator.record.beside import cores
 
 PROCESSES = 2
 # Figures of a run in space, by their places, those that take longest first, so that both processes end
@@ -145,8 +146,9 @@ def drawing(formats):
 
 def _pays():
     """Return whether processes of their own are of use, and may be forked."""
-    # A lock that another thread holds would stay locked.
-    return threading.active_count() == 1 and cores() > 1 and find_spec("matplotlib") is not None
+    if not sys.platform.startswith("linux") or cores() == 1 or find_spec("matplotlib") is None:
+        return False
+    return threading.active_count() == 1  # a lock that another thread holds would stay locked
 
 
 def _drawings(memory):

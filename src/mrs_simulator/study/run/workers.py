@@ -9,6 +9,7 @@ import threading
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
 
+from mrs_simulator.core.cores import cores
 from mrs_simulator.core.writing import Limited
 
 CONNECT_LIMIT = 10.0  # [s] of wall time to reach a Dask scheduler
@@ -41,12 +42,12 @@ class Cores:
     """
 
     def __init__(self, jobs, printed=None):
-        """``jobs``: processes (default: the machine's cores).
+        """``jobs``: processes (default: those that this one may use).
 
         ``printed``: a shared ``multiprocessing.Value``, how many characters of what runs print are still
         shown; None for all.
         """
-        self._jobs, self._printed = jobs or os.cpu_count(), printed
+        self._jobs, self._printed = jobs or cores(), printed
         self._pool, self._done = None, 0
 
     def run(self, run, tasks):

@@ -8,7 +8,9 @@ import types
 import numpy as np
 import pytest
 
+from mrs_simulator.control.safety import compiled_filter
 from mrs_simulator.core import compiled_terms, compiling, edge_terms
+from mrs_simulator.core.compiled_terms import digest
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.core.edge_terms import apart, inner, unit
 from mrs_simulator.core.graphs import Topology
@@ -18,6 +20,9 @@ from mrs_simulator.protocols.flocking import equations as flocking_equations
 from mrs_simulator.protocols.formation import equations as formation_equations
 from mrs_simulator.protocols.gathering import equations as gathering
 from mrs_simulator.protocols.shapes import equations as formations
+from mrs_simulator.vehicles import compiled_courses
+from mrs_simulator.vehicles.drives import compiled_flight
+from mrs_simulator.world.motion import compiled_rolling
 
 EXACT, LIBM = 0.0, 1e-12  # [-] of the largest value, where the C library has a say
 DIMENSIONS = (2, 3)
@@ -116,6 +121,28 @@ def test_what_is_kept_is_known_by_what_it_computes():
         assert compiled_terms.digest(flocking_equations.alpha) != before
     finally:
         flocking_equations.EPSILON = kept
+
+
+@pytest.mark.parametrize(
+    "made, plain",
+    [
+        (compiled_rolling.kernels, compiled_rolling.plain_loops),
+        (compiled_flight.compiled_loops, compiled_flight.plain_loops),
+        (compiled_filter.compiled_loops, compiled_filter.plain_loops),
+        (compiled_courses.compiled_courses, compiled_courses.plain_courses),
+    ],
+)
+def test_loops_are_kept_by_what_they_and_their_helpers_compute(made, plain):
+    pytest.importorskip("numba")
+    kept = [loop.py_func.__name__ for loop in made.__wrapped__()]
+    names = [loop.__name__ for loop in plain()]
+    assert kept == ["{}_{}".format(*each) for each in zip(names, map(digest, plain()))]
+
+
+def test_a_constant_of_another_file_is_part_of_what_is_kept(monkeypatch):
+    before = digest(compiled_rolling.roll_all)
+    monkeypatch.setattr(compiled_rolling, "TINY", 2.0 * compiled_rolling.TINY)
+    assert digest(compiled_rolling.roll_all) != before
 
 
 def test_a_term_has_one_law_which_is_compiled_once():

@@ -56,4 +56,4 @@ def squared(position, i, j):
 @functools.lru_cache(maxsize=None)
 def compiled_pairs():
     """Return the compiled ``pairs_in_cells``; ``ValueError`` without numba."""
-    return kept(pairs_in_cells, None)
+    return kept(pairs_in_cells)

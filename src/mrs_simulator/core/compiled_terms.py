@@ -54,9 +54,13 @@ def kernel(term, loops, compile_, compile_kept, made=None):
     return _kept("{}_{}_{}".format(loops.__name__, term.__name__, both), loops, scope, compile_kept)
 
 
-def kept(function, made):
+def kept(function, made=None):
     """Return ``function`` compiled, under a name with a digest of it and of what it calls; ``made`` as
-    :func:`linked` has it."""
+    :func:`linked` has it.
+
+    By the name machine code that was kept is found again.  numba itself knows the function's file alone:
+    it would go on with what a helper or a constant of another file was.
+    """
     name = "{}_{}".format(function.__name__, digest(function))
     return _kept(name, function, _scope(function, jit(), dict(made or {})), jit(cache=True))
 

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept
 
 
 class Loops(NamedTuple):
@@ -136,7 +135,7 @@ def level(ends, k):
 @functools.lru_cache(maxsize=None)
 def compiled_courses():
     """Return the :class:`Loops`, compiled; ``ValueError`` without numba."""
-    return Loops(*(linked(each, jit(cache=True)) for each in plain_courses()))
+    return Loops(*(kept(each) for each in plain_courses()))
 
 
 def plain_courses():

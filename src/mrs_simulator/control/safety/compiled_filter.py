@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept
 
 
 class Loops(NamedTuple):
@@ -485,8 +484,7 @@ def touch(east, north, room, other_east, other_north, other_room):
 @functools.lru_cache(maxsize=None)
 def compiled_loops():
     """Return the :class:`Loops`, compiled; ``ValueError`` without numba."""
-    made = near_pairs, pair_rows, heeded, solve, feasible_share, meet
-    return Loops(*(linked(each, jit(cache=True)) for each in made))
+    return Loops(*(kept(each) for each in plain_loops()))
 
 
 def plain_loops():

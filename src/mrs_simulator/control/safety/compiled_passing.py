@@ -359,4 +359,4 @@ def held_still(wanted, done, points, distance):
 @functools.lru_cache(maxsize=None)
 def compiled_passing():
     """Return ``pass_all``, compiled; ``ValueError`` without numba."""
-    return kept(pass_all, None)
+    return kept(pass_all)

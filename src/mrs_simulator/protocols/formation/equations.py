@@ -13,8 +13,8 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import is_wanted, jit, same_bits
+from mrs_simulator.core.compiled_terms import kept
+from mrs_simulator.core.compiling import is_wanted, same_bits
 from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
 from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import Topology
@@ -135,7 +135,7 @@ def looked_up_steps(hand, offsets, senders, k, counts):
 @functools.lru_cache(maxsize=None)
 def compiled_steps():
     """Return :func:`looked_up_steps`, compiled; ``ValueError`` without numba."""
-    loop = linked(looked_up_steps, jit(cache=True))
+    loop = kept(looked_up_steps)
 
     def steps(hand, offsets, senders, k, counts):
         arrays = np.ascontiguousarray(hand), np.ascontiguousarray(offsets), np.array(senders)

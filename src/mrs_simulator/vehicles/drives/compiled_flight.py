@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.vehicles.drives.flight import Flight
 from mrs_simulator.vehicles.drives.flight_control import CLIMBING
@@ -270,7 +269,7 @@ def settle(table, place, velocity, attitude, keeps, held, after):
 @functools.lru_cache(maxsize=None)
 def compiled_loops():
     """Return the :class:`Loops`, compiled; ``ValueError`` without numba."""
-    return Loops(*(linked(each, jit(cache=True)) for each in plain_loops()))
+    return Loops(*(kept(each) for each in plain_loops()))
 
 
 def plain_loops():

@@ -210,10 +210,10 @@ def note_all(rows, most, pairs, steps, now, size, forget, fresh, to_pairs, to_st
 @functools.lru_cache(maxsize=None)
 def compiled_push():
     """Return the compiled ``push_all``; ``ValueError`` without numba."""
-    return kept_kernel(push_all, None)
+    return kept_kernel(push_all)
 
 
 @functools.lru_cache(maxsize=None)
 def compiled_note():
     """Return the compiled ``note_all``; ``ValueError`` without numba."""
-    return kept_kernel(note_all, None)
+    return kept_kernel(note_all)

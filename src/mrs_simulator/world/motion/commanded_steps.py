@@ -184,7 +184,7 @@ def note(now, step, hits, counts, noted, rows, found):
 @functools.lru_cache(maxsize=None)
 def compiled_steps():
     """Return the compiled ``steps_between``; ``ValueError`` without numba."""
-    return kept_kernel(steps_between, None)
+    return kept_kernel(steps_between)
 
 
 class CommandedSteps:

@@ -123,4 +123,4 @@ def compiled_carried():
 @functools.lru_cache(maxsize=None)
 def compiled_feel():
     """Return the compiled ``feel_all``; ``ValueError`` without numba."""
-    return kept(feel_all, None)
+    return kept(feel_all)

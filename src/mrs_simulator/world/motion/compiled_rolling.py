@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import linked
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiled_terms import kept
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.world.motion import rolling
 from mrs_simulator.world.motion.compiled import carry_all as carry_along
@@ -158,7 +157,7 @@ class Loops(NamedTuple):
 @functools.lru_cache(maxsize=None)
 def kernels():
     """Return the :class:`Loops`, compiled; ``ValueError`` without numba."""
-    return Loops(*(linked(each, jit(cache=True)) for each in plain_loops()))
+    return Loops(*(kept(each) for each in plain_loops()))
 
 
 def plain_loops():

@@ -97,4 +97,4 @@ def follow(pose, inner, command, limits, step, reach, to_pose, to_inner):
 @functools.lru_cache(maxsize=None)
 def compiled_step():
     """Return the compiled ``step_all``; ``ValueError`` without numba."""
-    return kept_kernel(step_all, None)
+    return kept_kernel(step_all)

@@ -218,4 +218,4 @@ def rolling_stretch(
 @functools.lru_cache(maxsize=None)
 def compiled_roll_step():
     """Return the compiled ``roll_step``; ``ValueError`` without numba."""
-    return kept_kernel(roll_step, None)
+    return kept_kernel(roll_step)

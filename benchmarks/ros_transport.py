@@ -39,7 +39,6 @@ ECHOED, ECHO_SETTLING = 3.0, 1.0  # [s] of wall time, before and after each row
 RATE = 50.0  # [Hz] of odometry and commands, where no other is asked for
 ALL = (  # topics, robots, recorder, GUI
     ("robots", 7, False, False),
-    ("robots", 50, False, False),
     ("robots", 100, False, False),
     ("robots", 200, False, False),
     ("team", 100, False, False),

@@ -3,26 +3,23 @@
 
     python3 benchmarks/vehicles.py [--quick] [--keep]
 
-Medians of 3.  Quadrotors: rigid bodies, rotors and controllers in substeps of 2 ms, each robot told another
-velocity, without the world around them; the whole world of those that hover; and recorded runs of 110 s
-from their start, under the law ``formation``, compiled as by default.  Vessels: the whole world, steps of
-20 ms, a command at each, current, wind, gusts and waves, collisions checked.  With ``--keep`` the figures
-go to benchmarks/history.csv.
+Medians of 3, by processor time.  Quadrotors, with rotors and controllers in substeps of 2 ms: the whole
+world of those that hover; and recorded runs of 110 s from their start, under the law ``formation``; both
+compiled, where numba is.  Vessels: the whole world, steps of 20 ms, a command at each, current, wind, gusts
+and waves, collisions checked.  With ``--keep`` the figures go to benchmarks/history.csv.
 """
 
 import argparse
 import statistics
 import time
+from importlib.util import find_spec
 
 import numpy as np
-from headless import WHOLE, recorded_run_factor, scenario_of
+from headless import WHOLE, recorded_run_factor, scenario_of, use_compiled
 from history import Report
 
 from mrs_simulator.scenario.surroundings.environment import Environment
 from mrs_simulator.scenario.team.layouts import make_layout
-from mrs_simulator.vehicles.drives import flight, quadrotor_forces
-from mrs_simulator.vehicles.drives.rotors import hover_speed
-from mrs_simulator.vehicles.registry import kind
 from mrs_simulator.world.world import EVERY, World
 
 STEP = 0.02  # [s]
@@ -39,21 +36,6 @@ def real_time_factor(step, least):
         step()
         steps += 1
     return STEP * steps / (time.process_time() - begin)
-
-
-def quadrotors(n):
-    """Return a function that lets n Crazyflies fly for a step."""
-    numbers = kind("crazyflie2").numbers
-    draw = np.random.default_rng(0)
-    wanted, heading = draw.uniform(-1.0, 1.0, (n, 3)), draw.uniform(-3.0, 3.0, n)
-    state = [flight.at_rest(np.zeros((n, 3)), heading, hover_speed(numbers))]
-
-    def step():
-        state[0] = quadrotor_forces.moved(
-            state[0], wanted, heading, np.zeros(n), 0.0, numbers, STEP
-        )
-
-    return step
 
 
 def hovering(n):
@@ -103,12 +85,11 @@ def main():
     options = parser.parse_args()
     least, repeats = (0.2, 1) if options.quick else (LEAST, REPEATS)
     report = Report("vehicles", options.keep)
-    cases = [("quadrotors", quadrotors, SIZES), ("quadrotors in the world", hovering, SIZES)]
-    for name, make, sizes in [*cases, ("vessels", vessels, SIZES)]:
-        for n in sizes:
+    use_compiled(bool(find_spec("numba")))
+    for name, make in (("quadrotors in the world", hovering), ("vessels", vessels)):
+        for n in SIZES:
             factor = statistics.median(real_time_factor(make(n), least) for _ in range(repeats))
             report.note(name + " with forces", n, factor, "x real time")
-            report.note(name + ", cost of a robot-step", n, 1e6 * STEP / (factor * n), "us")
     for n in SIZES:
         factor = statistics.median(run_factor(n) for _ in range(repeats))
         report.note("a recorded run of quadrotors with forces", n, factor, "x real time")

@@ -1,7 +1,7 @@
 """Steps from command to command in one compiled call, under laws that Python runs: with numpy's bits."""
 
+import importlib
 import signal
-import types
 
 import numpy as np
 import pytest
@@ -401,28 +401,34 @@ def test_crowds_that_touch_for_long_are_stepped_so_by_themselves(apart, touch, m
 
 @pytest.mark.parametrize("is_kept", [True, False])
 def test_robots_apart_are_stepped_so_where_that_need_not_be_compiled(is_kept, monkeypatch):
-    made, step = [], commanded_steps.steps_between
+    made, looks, step = [], [], commanded_steps.steps_between
     monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
     monkeypatch.setattr(
         stepping, "same_bits", lambda *_, **__: lambda *g: made.append(g) or step(*g)
     )
-    monkeypatch.setattr(stepping, "is_kept", lambda _: is_kept)
+    monkeypatch.setattr(stepping, "is_kept", lambda _: looks.append(1) or is_kept)
     given = crowd(poses={"layout": "grid", "spacing": 8.0}, duration=0.2)
     for _ in Experiment(given, ByHook).samples():
         pass
-    assert bool(made) == is_kept
+    assert bool(made) == is_kept and len(looks) == 1
 
 
-def test_code_is_kept_once_it_is_compiled(tmp_path):
-    compiled = types.SimpleNamespace(__name__="loop_0", stats=None)
-    assert not compiling.is_kept(compiled)
-    compiled.stats = types.SimpleNamespace(cache_path=str(tmp_path / "later"))
-    assert not compiling.is_kept(compiled)
-    compiled.stats.cache_path = str(tmp_path)
-    (tmp_path / "module.loop_01-20.py311.nbi").touch()
-    assert not compiling.is_kept(compiled)
-    (tmp_path / "module.loop_0-20.py311.nbi").touch()
-    assert compiling.is_kept(compiled)
+def test_code_is_kept_until_its_source_changes(tmp_path, monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    source, text = tmp_path / "kept_doubled.py", "def doubled(x):\n    return 2 * x\n"
+    source.write_text(text)
+
+    def made():
+        module = importlib.import_module("kept_doubled")
+        return compiling.jit(cache=True)(importlib.reload(module).doubled)
+
+    first = made()
+    assert not compiling.is_kept(first)
+    assert first(2) == 4 and compiling.is_kept(made())
+    source.write_text(text + "# changed\n")
+    assert not compiling.is_kept(made()) and not compiling.is_kept(compiling.jit()(made().py_func))
 
 
 class Filtered(Walk):

@@ -225,16 +225,12 @@ def jit(cache=False, **options):
 
 
 def is_kept(compiled):
-    """Return whether some machine code of ``compiled`` is kept, so that it need not be compiled anew."""
-    directory, own = _kept_in(compiled)
-    return directory is not None and any(own in entry.name for entry in os.scandir(directory))
+    """Return whether machine code of ``compiled`` as it is now is kept, so that none need be compiled.
 
-
-def _kept_in(compiled):
-    """Return where machine code of ``compiled`` is kept, or None, and a part of its files' names."""
-    directory = getattr(getattr(compiled, "stats", None), "cache_path", None)
-    there = directory is not None and os.path.isdir(directory)
-    return directory if there else None, ".{}-".format(compiled.__name__)
+    By numba's own index, which knows of its version and of the source's last change.
+    """
+    index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    return bool(getattr(index, "_load_index", dict)())
 
 
 def bound_kept(compiled, most=MOST_KEPT):
@@ -242,10 +238,11 @@ def bound_kept(compiled, most=MOST_KEPT):
 
     Another process that reads one of them meanwhile compiles it again.
     """
-    directory, own = _kept_in(compiled)
-    if directory is None:
+    directory = getattr(getattr(compiled, "stats", None), "cache_path", None)
+    if directory is None or not os.path.isdir(directory):
         return
     files, used = {}, {}
+    own = ".{}-".format(compiled.__name__)
     for entry in os.scandir(directory):
         found = KEPT_FILE.match(entry.name)
         if found:

@@ -41,7 +41,9 @@ class Stepping:
         control = experiment.control
         self._is_bare = is_bare(control)  # else control has the law's commands limited, and changed
         self._by_points = self._is_bare and control.runner.is_by_points
-        self._moved = None  # the ``CommandedSteps``
+        self._moved = self._made = (
+            None  # the ``CommandedSteps``; whether these need not be compiled
+        )
 
     def is_worth(self):
         """Return whether robots are to go on by compiled steps now, since they have done without for long.
@@ -53,13 +55,19 @@ class Stepping:
             if not touch and self._experiment.step % self._between:
                 return False  # looked at seldom
             step = same_bits(compiled_steps, size=self._between * (1.0 if touch else APART))
-            if step is None or not (touch or is_chosen() or is_kept(step)):
+            if step is None or not (touch or self._is_made(step)):
                 return False
             control, rates = self._experiment.control, (self._every, self._between)
             l = control.l if self._by_points else None
             scope = control.saturation if self._is_bare else "none"
             self._moved = CommandedSteps(self._world, step, l, scope, rates)
         return self._moved.has_room
+
+    def _is_made(self, step):
+        """Return whether ``step`` is compiled already, or is to be in any case."""
+        if self._made is None:
+            self._made = is_chosen() or is_kept(step)
+        return self._made
 
     def block(self, steps):
         """Go on towards ``steps``; yield samples as ``Leaping.blocks`` does, or nothing.

@@ -236,8 +236,9 @@ class World:
     def set_commands(self, rows, commands):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
 
-        One that is not finite, or beyond ``commands.FASTEST``, is refused and counted in ``refused``;
-        that robot keeps its last command until its own watchdog stops it.  Return whether none was.
+        One that is not finite, or beyond ``command_watchdogs.FASTEST``, is refused, and counted in
+        ``refused``; that robot keeps its last command until its own watchdog stops it.  Return whether
+        none was.
         """
         return self.commands.set(rows, commands)
 

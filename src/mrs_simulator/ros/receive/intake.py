@@ -25,7 +25,7 @@ class Intake:
 
         ``wanted_frame(row, frame)``: returns what frame was wanted instead, "" for a right one; None:
         any will do.  ``farthest`` [m]: of real robots' poses from the origin; of simulated ones it is
-        ``robots.FARTHEST``.
+        ``scenario.FARTHEST``.
         """
         self._wanted_frame, self._frames = wanted_frame, [None] * len(real)
         self._real = [bool(each) for each in real]

@@ -114,7 +114,7 @@ class DrawnCurves(QWidget):
         self._take_look()
 
     def set_history(self, history):
-        """Show ``history``, a ``study.History`` that may go on growing."""
+        """Show ``history``, a ``History`` that may go on growing."""
         self._live.history, self._dirty = history, True
 
     def show_ahead(self, time, error):

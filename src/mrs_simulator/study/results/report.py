@@ -88,7 +88,7 @@ def write_report(
     """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
 
     ``control`` makes the claims; without one the run is judged by what needs no theory.  ``look``: how
-    figures look, a ``look.Look``; ``apart``: the ``drawing_apart.Drawing`` that draws them, None to draw
+    figures look, a ``style.Look``; ``apart``: the ``figure_process.Drawing`` that draws them, None to draw
     them here; ``announce``: called with the verdict as soon as its file is written, before figures are.
     """
     run = run if control is None else run.in_space(control.dimension)

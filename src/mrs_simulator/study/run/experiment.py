@@ -394,7 +394,7 @@ def run_experiment(
 def perform(scenario, out, protocol=None, progress=False, apart=None):
     """Run ``scenario``, record it in the directory ``out``; return the ``Run`` and its control.
 
-    ``apart``: a ``drawing_apart.Drawing`` that is to draw the run.
+    ``apart``: a ``figure_process.Drawing`` that is to draw the run.
     """
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario

@@ -41,9 +41,8 @@ class Stepping:
         control = experiment.control
         self._is_bare = is_bare(control)  # else control has the law's commands limited, and changed
         self._by_points = self._is_bare and control.runner.is_by_points
-        self._moved = self._made = (
-            None  # the ``CommandedSteps``; whether these need not be compiled
-        )
+        self._moved = None  # the ``CommandedSteps``
+        self._made = None  # whether these need not be compiled
 
     def is_worth(self):
         """Return whether robots are to go on by compiled steps now, since they have done without for long.

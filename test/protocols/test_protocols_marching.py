@@ -336,3 +336,21 @@ def test_followers_are_wanted_beside_their_leader():
     places = control.places()
     np.testing.assert_allclose(targets[1:], (places - places[0])[1:], atol=1e-9)
     np.testing.assert_allclose(targets[0], hand[0])
+
+
+def test_robots_that_turn_while_commands_are_held_keep_their_rates(tmp_path):
+    poses = [
+        [0.4, -0.1, -0.3],
+        [-1.8, 2.1, -0.2],
+        [-1.8, -1.2, 0.5],
+        [-3.7, 1.8, 0.4],
+        [-3.4, -3.2, 0.8],
+    ]
+    verdict = verdict_of(
+        shipped("leader_follower", rate=10.0, duration=30.0, poses=poses), tmp_path
+    )
+    rate = check(verdict, "decay rate of the bearing error [1/s]")
+    assert rate["passed"] and rate["measured"] == pytest.approx(
+        0.6, abs=0.005
+    )  # k2, as if not held
+    assert rate["predicted"] == pytest.approx(-np.log(1.0 - 0.6 * 0.1) / 0.1)

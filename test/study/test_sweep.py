@@ -76,6 +76,8 @@ def test_an_impossible_combination_is_refused_before_anything_runs():
         make_runs(FOUR, [("duration", [1.0, -1])])
     with pytest.raises(ValueError, match="unknown 'colour'"):
         make_runs(FOUR, [("colour", [1])])
+    with pytest.raises(ValueError, match="k: wanted control.parameters.k, a parameter of the law"):
+        make_runs(FOUR, [("k", [1.0])])
 
 
 @pytest.fixture

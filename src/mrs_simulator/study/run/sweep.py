@@ -14,10 +14,10 @@ import numpy as np
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named
 from mrs_simulator.core.writing import naming
-from mrs_simulator.protocols.loading import located_protocol
+from mrs_simulator.protocols.loading import choose_protocol, located_protocol
 from mrs_simulator.protocols.making import make_control
-from mrs_simulator.scenario.reading import ScenarioError, load_yaml, parse_yaml
-from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.reading import ScenarioError, UnknownKey, load_yaml, parse_yaml
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict, scenario_of_file
 from mrs_simulator.study.draw.style import can_draw
 from mrs_simulator.study.run.experiment import run_experiment, steps_of
 from mrs_simulator.study.run.run_keys import forget, run_key
@@ -139,7 +139,11 @@ def make_runs(path, axes, given=None, report=None):
     forget()
     for combination in itertools.product(*(values for _, values in axes)):
         values = dict(zip(keys, combination))
-        scenario = _scenario_with(content, path, values, given, report)
+        try:
+            scenario = _scenario_with(content, path, values, given, report)
+        except UnknownKey as error:
+            bare = meant(values, parameters_of(content, path))
+            raise ScenarioError("{}: {}".format(path, bare) if bare else str(error)) from None
         runs.append((_name(values, scenario), values, scenario))
     _refuse_shared_mistake(runs)
     return runs
@@ -167,6 +171,18 @@ def _scenario_with(content, path, values, given, report=None):
     if report is not None:
         report(own, all_values["robots"])
     return own.with_robots(all_values["robots"])
+
+
+def parameters_of(content, path):
+    """Return the names of the parameters of the law of a scenario's ``content``, of the file ``path``."""
+    return [each.name for each in choose_protocol(scenario_of_file(content, path))[1].PARAMETERS]
+
+
+def meant(keys, parameters):
+    """Return which of the ``keys`` is one of the ``parameters`` of the law, and its path, "" if none is."""
+    bare = [key for key in keys if key in parameters]
+    text = "{}: wanted {}, a parameter of the law"
+    return text.format(bare[0], PARAMETERS + bare[0]) if bare else ""
 
 
 def _is_listed(content):

@@ -6,12 +6,19 @@ import math
 import numpy as np
 
 from mrs_simulator.core.fields import unknown_name
-from mrs_simulator.protocols.loading import choose_protocol, from_anywhere
+from mrs_simulator.protocols.loading import from_anywhere
 from mrs_simulator.scenario.incidents import PUSHED
 from mrs_simulator.scenario.reading import ScenarioError, UnknownKey
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS, EdgeRange
-from mrs_simulator.study.run.sweep import PARAMETERS, PROTOCOL, SweepError, put_key
+from mrs_simulator.study.run.sweep import (
+    PARAMETERS,
+    PROTOCOL,
+    SweepError,
+    meant,
+    parameters_of,
+    put_key,
+)
 
 PUSH = ("time", "robot", "x", "y")  # the coordinates of one
 DIGITS = 6  # of poses and numbers that are drawn
@@ -177,14 +184,12 @@ def check_keys(values, content, path, where):
     ``path``: of its file; ``where``: what names the keys.  What values of known keys are worth is left to
     the runs.
     """
-    law = choose_protocol(scenario_of_file(content, path))[1]
-    known, where = [each.name for each in law.PARAMETERS], "{}: {}".format(path, where)
+    known, where = parameters_of(content, path), "{}: {}".format(path, where)
     try:
         scenario_of_file(content_with(content, values, path), path, where)
     except (UnknownKey, SweepError) as error:
-        text = "{}: {}: wanted {}, a parameter of the law"
-        meant = [(where, key, PARAMETERS + key) for key in values if key in known]
-        raise ScenarioError(text.format(*meant[0]) if meant else str(error)) from None
+        bare = meant(values, known)
+        raise ScenarioError("{}: {}".format(where, bare) if bare else str(error)) from None
     except ScenarioError:
         pass
     if not {"control", PROTOCOL} & set(values):

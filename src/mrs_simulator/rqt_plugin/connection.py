@@ -26,7 +26,7 @@ class Connection(abc.ABC):
     @property
     @abc.abstractmethod
     def registered(self):
-        """Return the names, as in ``newest``, of what somebody publishes now, a frozenset."""
+        """Return the names, as in ``newest``, of what is published now, a frozenset."""
 
     @abc.abstractmethod
     def newest(self, name):

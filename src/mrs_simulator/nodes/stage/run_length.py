@@ -4,7 +4,7 @@ from mrs_simulator.nodes.stage.part import StagePart
 
 
 class RunLength(StagePart):
-    """Counts the steps of a run from the first command that moves a robot on, if somebody asks."""
+    """Counts the steps of a run from the first command that moves a robot on, where that is asked for."""
 
     def __init__(self, world):
         self._world = world

@@ -254,8 +254,8 @@ class CurvesPlot:
             if (
                 self._top > MOST_NAMED * self.figure.bbox.height
             ):  # a run's theory has its colour and dash
-                told = [line for line in lines if line.get_zorder() >= 2.0]
-                self._legend_above(told, [self._curves[lines.index(line)].name for line in told])
+                seen = [line for line in lines if line.get_zorder() >= 2.0]
+                self._legend_above(seen, [self._curves[lines.index(line)].name for line in seen])
         elif len(self._curves) > MANY_CURVES or len(self._first_run(runs)) > MOST_IN_LEGEND:
             self._add_bar()
         else:

@@ -18,7 +18,7 @@ class LongCommand:
 
     @property
     def is_running(self):
-        """Return whether a process was started whose end ``take`` has not told."""
+        """Return whether a process was started whose end ``take`` has not returned."""
         return self._process is not None
 
     def start(self, script, *arguments):

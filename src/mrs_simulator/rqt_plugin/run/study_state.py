@@ -35,7 +35,7 @@ class StudyState:
     def is_silent(self):
         """Return whether a controller started here gave commands, and now says nothing.
 
-        The machine is busy, or a law hangs, of which :meth:`hangs` tells.
+        The machine is busy, or a law hangs, which :meth:`hangs` says.
         """
         control = self.connection.newest("control")
         commands = (

@@ -22,7 +22,7 @@ ROBUSTNESS = "robustness of {}"
 USUAL_SHARE = 80  # [%] of growth rates that the scale of colours covers
 NO_MAP = "a sweep over {}: wanted two keys of numbers for a map, with two values of each at least"
 SEQUENTIAL, BETTER_HIGH, BETTER_LOW = "viridis", "RdBu", "RdBu_r"  # seen by the colour-blind, too
-# [-] from the middle of a colour map, where what just holds is told from what just fails
+# [-] from the middle of a colour map, where what just holds is distinguished from what just fails
 PALEST = 0.15
 
 

@@ -3,7 +3,7 @@
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MODE = "push"  # of the map
-TOGETHER = 1.0  # [s] between two pushes of one robot that are told of once
+TOGETHER = 1.0  # [s] between two pushes of one robot that are reported once
 
 
 @guarded

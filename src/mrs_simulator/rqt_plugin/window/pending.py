@@ -45,7 +45,7 @@ class PendingTeam:
         return self._study.send_team()
 
     def _is_to_come(self):
-        """Return whether a stage that was started before the last edit, without it, is yet to be heard."""
+        """Return whether a stage that was started before the last edit, without it, has yet to report."""
         processes = self._study.processes
         begun = time.monotonic() - processes.age("stage")
         return processes.is_running("stage") and begun < (self._changed_at or begun)

@@ -33,7 +33,7 @@ LANES = 8  # [-] robots that substeps move at once
 ROWS = 69
 (
     PX, PY, PZ, VX, VY, VZ, QX, QY, QZ, QW, P, Q, R, N0, N1, N2, N3,  # of the ``Flight``
-    AX, AY, AZ, TURNS, AIR_X, AIR_Y, AIR_Z, OF_X, OF_Y, OF_Z, OF_W,  # what they are told, the wind
+    AX, AY, AZ, TURNS, AIR_X, AIR_Y, AIR_Z, OF_X, OF_Y, OF_Z, OF_W,  # their commands, the wind
     THRUST, EAST, NORTH, UP, CX, CY, CZ, S0, S1, S2, S3,  # ``Acting``, speeds
     # Rows of the table before ``GAIN``.
     JX, JY, JZ, E0, E1, E2, E3, F0, F1, F2, F3, SIDE, _, LENGTHWISE, KX, KY, KZ,

@@ -259,6 +259,13 @@ def test_runs_alike_are_run_once(tmp_path, monkeypatch):
     assert [row["seed"] for row in rows(str(tmp_path))] == ["1", "2", "1"]
 
 
+def test_scenarios_of_a_long_sweep_are_put_into_yaml_once(monkeypatch):
+    runs = make_runs(scenario_path("paper"), [read_axis("control.parameters.k=0.01..0.02/1000")])
+    monkeypatch.setattr(yaml, "safe_dump", None)
+    texts = {scenario.to_yaml() for _, _, scenario in runs}
+    assert len(texts) == len(runs)
+
+
 def test_many_runs_pay_together_and_few_do_not(monkeypatch):
     pytest.importorskip("numba")
     monkeypatch.delenv(compiling.VARIABLE, raising=False)

@@ -199,16 +199,25 @@ class Scenario(record("Scenario", KEYS, ("poses", "kinds"), dict(TEAM, path=""))
 
 
 BESIDE = {"beside": [[]]}  # an entry with which a mapping has an entry a line
+SHORT = 1000  # [bytes] of a pickle, below which the lines of many are kept
 
 
-@functools.lru_cache(maxsize=256)
 def _lines_of(key, value):
     """Return the YAML lines of a scenario's ``key`` and its ``value``, a pickle.
 
-    Scenarios of a sweep share nearly all of them, and YAML takes long to write.
+    YAML takes long to write: scenarios of a sweep share nearly all of them, and each is written for the
+    name of its run, beside the run, and for the stamp of all.
     """
+    return _short_lines(key, value) if len(value) < SHORT else _long_lines(key, value)
+
+
+def _written(key, value):
     text = _yaml({key: pickle.loads(value), **BESIDE})
     return text[: -len(_yaml(BESIDE))]
+
+
+_short_lines = functools.lru_cache(maxsize=4096)(_written)
+_long_lines = functools.lru_cache(maxsize=256)(_written)  # as of poses of a thousand robots
 
 
 def _yaml(content):

@@ -337,7 +337,7 @@ ROWS = {
     ),
     "MuJoCo": Row("mujoco", mujoco, "two driven wheels with forces, steps of 5 ms, a constant command"),
     "gym-pybullet-drones": Row(
-        "gym-pybullet-drones", drones, "quadrotors hover, 240 Hz, controllers at 48 Hz", (1, 10, 100)
+        "gym-pybullet-drones", drones, "quadrotors hover, 240 Hz, controllers at 48 Hz", (10, 100)
     ),
 }  # fmt: skip
 COMMANDS = {"argos3": "--version", "stage": "--help"}  # and what tells their version

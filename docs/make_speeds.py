@@ -203,8 +203,8 @@ TABLES = {
                 ("missed periods [%]", "{}: missed periods", percent),
                 ("round trip, median [ms]", "{}: round trip, median", number),
                 ("99th percentile [ms]", "{}: round trip, p99", number),
-                ("over a plain pair's, median", "{}: round trip, median, over the echo's", number),
-                ("99th percentile", "{}: round trip, p99, over the echo's", number),
+                ("times a plain pair's median", "{}: round trip, median, over the echo's", number),
+                ("times its 99th percentile", "{}: round trip, p99, over the echo's", number),
                 ("stage's share of a core", "{}: stage's core", number),
                 ("control's", "{}: control's core", number),
             ),
@@ -293,16 +293,22 @@ def newest_peers(rows):
     return found
 
 
-def peers_table(rows):
-    """Return the table of other simulators, and what each row includes."""
+def peer_lines(rows, size):
+    """Return lines for ``by_size`` of the peers that were measured with ``size`` robots."""
     found = newest_peers(rows)
-    sizes = sorted({n for _, sizes in found.values() for n in sizes})
-    lines = [
-        ("{}: {}".format(found[name][0], peers.ROWS[name].included), found[name][0])
-        for name in peers.ROWS
-        if name in found
+    return [
+        ("{}: {}".format(found[name][0], row.included), found[name][0])
+        for name, row in peers.ROWS.items()
+        if name in found and size in found[name][1]
     ]
-    return table_of(*by_size(FACTOR, "peers", sizes, lines), rows)
+
+
+def vehicles(rows):
+    """Return the table of robots in air and water, and of another simulator's."""
+    header, lines = TABLES["benchmarks.md"]["vehicles"]
+    sizes = (10, 100, 1000)
+    of_peers = by_size(FACTOR, "peers", sizes, peer_lines(rows, sizes[0]))[1]
+    return table_of(header, [*lines, *of_peers], rows)
 
 
 def growth(rows):
@@ -331,19 +337,15 @@ def growth(rows):
 
 def headline(rows):
     """Return what README says of speed."""
-    lines = [
-        ("this package, a law robot by robot", "headless", HOOK + COMPILED),
-        ("this package, a law in arrays, numpy alone", "headless", WHOLE),
-        ("**this package, a law in arrays**", "headless", WHOLE + COMPILED),
-    ]
-    of_peers = newest_peers(rows).values()
-    lines += [(case, "peers", case) for case, sizes in of_peers if SIZES[0] in sizes]
-    header = ["times real time", *("{:,} robots".format(n) for n in SIZES)]
-    return table_of(
-        header,
-        [(text, [((of, case, n), number) for n in SIZES]) for text, of, case in lines],
-        rows,
+    ours = (
+        ("this package: a law robot by robot", HOOK + COMPILED),
+        ("this package: a law in arrays, numpy alone", WHOLE),
+        ("**this package: a law in arrays**", WHOLE + COMPILED),
+        ("this package: wheels with forces", PLANAR_RUN + COMPILED),
     )
+    header, lines = by_size("times real time", "headless", SIZES, ours)
+    of_peers = by_size(FACTOR, "peers", SIZES, peer_lines(rows, SIZES[0]))[1]
+    return table_of(header, [*lines, *of_peers], rows)
 
 
 def tables():
@@ -353,7 +355,8 @@ def tables():
         page: {name: table_of(*table, rows) for name, table in named.items()}
         for page, named in TABLES.items()
     }
-    made["benchmarks.md"].update(peers=peers_table(rows), growth=growth(rows))
+    of_peers = table_of(*by_size(FACTOR, "peers", SIZES, peer_lines(rows, SIZES[0])), rows)
+    made["benchmarks.md"].update(peers=of_peers, growth=growth(rows), vehicles=vehicles(rows))
     made[os.path.join("..", "README.md")] = {"speed": headline(rows)}
     return made
 

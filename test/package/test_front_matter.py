@@ -52,7 +52,7 @@ def test_speeds_on_the_first_page_are_those_of_the_table_of_speeds():
     assert len(ours) > 1
     for cells in ours:
         assert all(re.fullmatch(r" [\d,.]+ ", cell) for cell in cells), cells
-        assert "|{}|".format("|".join(cells)) in told
+        assert "|{}|".format("|".join(cells)) in told, cells
     rest = text("README.md").replace(speed, "")
     assert not re.search(r"times as fast|times real time|x real time", rest)
     better = text("docs", "comparison.md").partition("## Where another")[2]

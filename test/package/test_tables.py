@@ -50,5 +50,6 @@ def test_of_a_peer_the_version_measured_last_is_told():
         (("peers", "Stage 4.3.0", 100), 20.0, 1),
     )
     assert make_speeds.newest_peers(rows) == {"Stage": ("Stage 4.4.0", (7,))}
-    (line,) = (line for line in make_speeds.peers_table(rows).splitlines() if "Stage" in line)
-    assert line.startswith("| Stage 4.4.0: ") and line.endswith(" | 300 |")
+    ((text, case),) = make_speeds.peer_lines(rows, 7)
+    assert text.startswith("Stage 4.4.0: ") and case == "Stage 4.4.0"
+    assert not make_speeds.peer_lines(rows, 100)

@@ -227,22 +227,14 @@ class SafetyFilter:
 
     @property
     def distance(self):
-        """Return ``D_s`` [m] between controlled points: ``kept_distance`` and both robots' tracking errors.
+        """Return ``D_s`` [m] between controlled points: ``radius_i + l_i + radius_j + l_j``, and tracking
+        errors of both robots.
 
-        A number where all robots are of one size, else (n, n).
+        ``l_i``: how far the point is from the robot's centre, ``l`` for unicycles.  A number where all
+        robots are of one size, else (n, n).
         """
         late = self._late
         return sums_of_pairs(self._radii + late if late.any() else self._radii)
-
-    @property
-    def kept_distance(self):
-        """Return what the filter keeps between controlled points [m]: ``radius_i + l_i + radius_j + l_j``.
-
-        ``l_i``: how far the point is from the robot's centre, ``l`` for unicycles.
-
-        A number where all robots are of one size, else (n, n).
-        """
-        return sums_of_pairs(self._radii)
 
     @property
     def squash(self):

@@ -34,10 +34,10 @@ def draw_edited(painter, style, frame, obstacle, refused):
             painter.drawEllipse(QPointF(x, y), 1.3 * half, 1.3 * half)
         else:
             painter.drawRect(QRectF(x - half, y - half, 2.0 * half, 2.0 * half))
-    _draw_size(painter, style, frame, obstacle, shade)
+    _draw_size(painter, style, frame, obstacle)
 
 
-def _draw_size(painter, style, frame, obstacle, shade):
+def _draw_size(painter, style, frame, obstacle):
     """Write the obstacle's name and size above it."""
     if hasattr(obstacle, "radius"):
         text = "{}  r = {:g} m".format(obstacle.name, obstacle.radius)

@@ -45,7 +45,7 @@ class RunJudge:
             return
         over = self.is_over(ran[0])
         key = history.cleared, float(history.moved if over else history.time[-1]), over
-        if key == self._of or (over and self._is_judged(ran[0])):
+        if key == self._of or (over and self._is_judged()):
             return
         self._of = self._waits = key
         self._asked_at = now
@@ -55,7 +55,7 @@ class RunJudge:
         """Return whether the run is as long as its ``scenario`` wants, or nothing commands robots."""
         return self._history.lasts(scenario.duration) or not self._study.is_controlled()
 
-    def _is_judged(self, scenario):
+    def _is_judged(self):
         """Return whether there is a verdict already: a run that goes on after its duration keeps it."""
         if self._judged is None or self._judged[0] != self._history.cleared:
             return False

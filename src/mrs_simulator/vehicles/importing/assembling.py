@@ -34,7 +34,7 @@ def assembled(description, facts, packages, given, where):
     driven = {name for side in sides for name in side.names}
     others = [name for name in description.links if name not in driven]
     base_mass, base = gather(description, others, frame, packages, notes, not outlined)
-    radius = wheel_radius(description, facts, sides, notes)
+    radius = wheel_radius(facts, sides, notes)
     spacing = _spacing(facts, wheels, notes)
     track = _track(facts, wheels, spacing, notes)
     placed = [shape for side in sides for shape in in_base(side.part, side.frame, frame)]
@@ -130,7 +130,7 @@ def in_base(part, frame, base):
     return [shape._replace(transform=shift @ shape.transform) for shape in part.collisions]
 
 
-def wheel_radius(description, facts, sides, notes):
+def wheel_radius(facts, sides, notes):
     """Return the wheels' radius [m]: as the drive says, else that of their collision shapes."""
     drawn = [
         shape.size[0]

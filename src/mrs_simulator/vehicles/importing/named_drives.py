@@ -114,7 +114,7 @@ def _parts(description, wheels, centre, packages, given, where, notes):
     others = [name for name in description.links if name not in carried]
     frame = transform_at(centre, np.zeros(3))
     base_mass, base = gather(description, others, frame, packages, notes, not is_outlined(given))
-    radius = wheel_radius(description, _wheel_facts(description, given, where), sides, notes)
+    radius = wheel_radius(_wheel_facts(description, given, where), sides, notes)
     shapes = [shape for side in sides for shape in in_base(side.part, side.frame, frame)]
     shapes += base.collisions
     outline = chosen_outline(given, tuple(shapes), radius, 0.0, description.where)

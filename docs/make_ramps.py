@@ -37,6 +37,7 @@ WORDS = {  # how a value on an axis is said
     RATE: "down to {} commands per second",
     LOSS: "up to a share of {} of the messages lost",
 }
+NO_DELAY = "without a delay alone"  # where the first step of one breaks
 
 
 # What is asked ------------------------------------------------------------------------------------
@@ -163,7 +164,8 @@ def margins_told(axes):
         if pairs:
             first = min(pairs, key=lambda name: abs(pairs[name][1] - axis["nominal"]))
             holds, breaks = shown(*pairs[first])
-            limits.append("{} (`{}` breaks at {})".format(words.format(holds), first, breaks))
+            holds = NO_DELAY if axis["key"] == DELAY and holds == "0" else words.format(holds)
+            limits.append("{} (`{}` breaks at {})".format(holds, first, breaks))
         elif axis["tried"]:
             held.append(words.format("{:g}".format(axis["end"])))
     told = ["Holds {}.".format(", ".join(limits))] if limits else []

@@ -43,6 +43,7 @@ HOOK, CROWD_RUN, LASER_RUN, PLANAR_RUN = (
 PYBULLET = "dynamic, by arrays, recorded, by wall time"
 COMPILED = ", compiled"
 SIZES = (7, 100, 1000)
+NOT_YET = "Not measured yet on this machine."
 
 
 def number(value):
@@ -261,7 +262,7 @@ def table_of(header, lines, rows):
     ]
     columns = [k for k in range(len(header) - 1) if any(cells[k][0] for _, cells in found)]
     if not found:
-        return "Not measured yet on this machine."
+        return NOT_YET
     told = [["", *(header[k + 1] for k in columns)]]
     told[0][0] = header[0]
     for text, cells in found:
@@ -314,6 +315,8 @@ def vehicles(rows):
 def growth(rows):
     """Return in words how costs grow with robots and with simulated time."""
     cost = {n: row for (_, case, n), row in rows.items() if case == "a robot-step of a run"}
+    if not cost:
+        return NOT_YET
     value = {n: float(row["value"]) for n, row in cost.items()}
     text = "A robot-step costs {} us with 100 robots and {} us with 10,000."
     words = [text.format(*(number(value[n]) for n in (100, 10000)))]

@@ -191,9 +191,10 @@ def posed_commands(law, robots, pose, time):
     """
     l, theta = robots.l, pose[:, 2]
     hand = pose[:, :2] + l * np.column_stack(cos_sin(theta))
-    command, scope = np.zeros((len(pose), 2)), robots.scope
-    for _ in range(law.depth):
+    command = np.zeros((len(pose), 2))
+    for below in reversed(range(law.depth)):
         wanted = robots.twists(law.commands(pose, hand, command, time, l))
-        known = robots.limited(wanted) if scope == "robot" else wanted
-        command = robots.unicycle(known)
-    return wanted, robots.limited(wanted)
+        limited = robots.limited(wanted) if robots.scope == "robot" or not below else wanted
+        if below:
+            command = robots.unicycle(limited)
+    return wanted, limited

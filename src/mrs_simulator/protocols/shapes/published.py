@@ -204,21 +204,23 @@ class Separations(Published):
 
     def commands(self, pose, hand, command, time, l):
         """Return the wanted ``(v, omega)``, (n, 2), given what the leaders' ``command`` (n, 2) is."""
-        wanted = np.empty_like(command)
+        wanted, place = [], [complex(*each) for each in pose[:, :2].tolist()]
+        point = [complex(*each) for each in hand.tolist()]
+        heading = [cmath.exp(1j * theta) for theta in pose[:, 2].tolist()]
+        known = command.tolist()
         for i, j in enumerate(self.leader):
             if i == j:
                 begin, end = (self.path(self.speed * t)[1] for t in (time, time + self.period))
-                wanted[i] = self.speed, (end - begin) / self.period
+                wanted.append((self.speed, (end - begin) / self.period))
                 continue
-            ahead = cmath.exp(1j * pose[j, 2])
-            seen = complex(*(hand[i] - pose[j, :2])) / ahead
+            (v, omega), ahead = known[j], heading[j]
+            seen = (point[i] - place[j]) / ahead
             longer = self.gains[0] * (abs(self.wanted[i]) - abs(seen))
             round_ = self.gains[1] * cmath.phase(self.wanted[i] / seen)
             unit = ahead * seen / abs(seen)
-            z = command[j, 0] * ahead + (longer + 1j * abs(seen) * (command[j, 1] + round_)) * unit
-            own = z / cmath.exp(1j * pose[i, 2])
-            wanted[i] = own.real, own.imag / l
-        return wanted
+            own = (v * ahead + (longer + 1j * abs(seen) * (omega + round_)) * unit) / heading[i]
+            wanted.append((own.real, own.imag / l))
+        return np.array(wanted)
 
 
 def _unit(points):

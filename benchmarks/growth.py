@@ -19,6 +19,7 @@ import time
 
 from headless import recorder_of, use_compiled
 from history import ROOT, Report, read
+from matplotlib.ticker import StrMethodFormatter
 
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.draw.canvas import new_figure, save, styled
@@ -83,17 +84,18 @@ def draw(costs, spans):
     left, right = figure.subplots(1, 2)
     left.semilogx(list(costs), list(costs.values()), "o-", markersize=4.0)
     left.set_ylim(0.0, 1.15 * max(costs.values()))
-    left.xaxis.set_major_formatter(lambda n, _: "{:,.0f}".format(n))
+    left.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
     left.set_xlabel("number of robots")
     left.set_ylabel("processor time\nof a robot-step [us]")
     for n, of_n in spans.items():
         label = "{:,} robots".format(n)
         right.loglog(list(of_n), list(of_n.values()), "o-", markersize=4.0, label=label)
-    right.set_xticks(TIMES, SPANS)
+    right.set_xticks(TIMES)
+    right.set_xticklabels(SPANS)
     right.minorticks_off()
     every = [cost for of_n in spans.values() for cost in of_n.values()]
     right.set_ylim(0.5 * min(every), 2.0 * max(every))
-    right.yaxis.set_major_formatter(lambda cost, _: "{:g}".format(cost))
+    right.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     right.set_xlabel("simulated time")
     right.set_ylabel("processor time\nof a simulated second [ms]")
     right.legend()

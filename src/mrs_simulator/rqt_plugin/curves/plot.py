@@ -63,11 +63,18 @@ class CurvesPlot:
         """``size``: width and height [in]."""
         self.figure = Figure(figsize=size, dpi=DPI)
         FigureCanvasAgg(self.figure)  # until it is shown in another
-        self.axes, self._bar = self.figure.add_subplot(1, 1, 1), None
+        self._axes, self._bar = None, None
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
         self.remark = ""  # above the axes
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
         self.builds, self._laid = 0, None  # [-] of axes; what their place and labels are of
+
+    @property
+    def axes(self):
+        """Return the axes, made when they are first asked for, which takes 6 ms."""
+        if self._axes is None:
+            self._axes = self.figure.add_subplot(1, 1, 1)
+        return self._axes
 
     def take_look(self, family, pixels, face, base, text, math="dejavusans"):
         """Take the font's family and size [pixels], and the colours (r, g, b) of background and text.
@@ -203,7 +210,7 @@ class CurvesPlot:
         for axes in list(self.figure.axes):  # to clear them would make them anew
             self.figure.delaxes(axes)
         self.figure.set_facecolor(self._face)
-        self.axes = axes = self.figure.add_subplot(1, 1, 1)
+        self._axes = axes = self.figure.add_subplot(1, 1, 1)
         axes.set_facecolor(self._base)
         look = {"fontproperties": self._font, "color": self._text}
         if not self._is_low():

@@ -5,9 +5,9 @@ import io
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
-import time
 import warnings
 
 import numpy as np
@@ -266,18 +266,20 @@ def test_an_interrupt_of_a_law_s_own_program_makes_no_traceback(tmp_path):
         "class Law(PioneerControl):\n    def pointMassLaw(self, hand):\n        return -hand\n"
         "print('ready', flush=True)\nrun(Law)\n",
     )
-    nobody = dict(os.environ, ROS_MASTER_URI="http://127.0.0.1:9", PYTHONUNBUFFERED="1")
-    process = subprocess.Popen(
-        [sys.executable, path],
-        env=nobody,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
-    assert process.stdout.readline() == b"ready\n"
-    time.sleep(1.5)  # in the middle of the search for a master, or before it
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    with socket.create_server(("127.0.0.1", 0)) as nobody:
+        nobody.settimeout(60.0)
+        uri = "http://127.0.0.1:{}".format(nobody.getsockname()[1])
+        process = subprocess.Popen(
+            [sys.executable, path],
+            env=dict(os.environ, ROS_MASTER_URI=uri, PYTHONUNBUFFERED="1"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+        assert process.stdout.readline() == b"ready\n"
+        nobody.accept()[0].close()  # in the middle of the search for a master
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
     assert b"Traceback" not in said
 
 

@@ -18,7 +18,12 @@ from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
 from mrs_simulator.verdict.requirements.signals import VALUES, signal_of
-from mrs_simulator.verdict.verdict import exit_code, verdict_text, write_verdict
+from mrs_simulator.verdict.verdict import (
+    exit_code,
+    verdict_text,
+    with_requirements,
+    write_verdict,
+)
 from mrs_simulator.verdict.verdict_file import read_verdict
 
 SCENARIO = {
@@ -131,6 +136,17 @@ def test_formulas_see_every_step_and_not_the_samples_alone(tmp_path):
     assert judged(run)[0]["requirements"] == verdict["requirements"]  # kept in run.json
     other = run._replace(scenario=scenario(other="always distance > 0.1 m"))
     assert judged(other)[0]["requirements"][0]["period"] == pytest.approx(1.0)
+
+
+def test_a_passed_run_says_that_a_requirement_is_open():
+    passed = {"outcome": "passed", "passed": True, "reason": ""}
+    met, still, broken = ({"met": each} for each in (True, None, False))
+    assert with_requirements(passed, [met])["reason"] == ""
+    found = with_requirements(passed, [met, still])
+    assert (found["outcome"], found["reason"]) == ("passed", "requirements met: 1 of 2")
+    assert with_requirements(passed, [broken, still])["outcome"] == "failed"
+    failed = {**passed, "outcome": "failed", "passed": False}
+    assert with_requirements(failed, [still])["reason"] == ""
 
 
 def test_a_protocol_that_raises_leaves_the_requirement_open(capsys):

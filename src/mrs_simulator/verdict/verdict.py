@@ -238,7 +238,8 @@ def with_reason(verdict, why):
 def with_requirements(verdict, results):
     """Return ``verdict`` with the ``results`` of the scenario's requirements: broken ones fail the run.
 
-    That all are met judges no theory: a run that was not judged is not judged still.
+    That all are met judges no theory: a run that was not judged is not judged still.  Open ones leave a
+    run passed, whose reason then says how many are met.
     """
     if not results:
         return verdict
@@ -246,8 +247,9 @@ def with_requirements(verdict, results):
     if any(each["met"] is False for each in results):
         reason = DERIVED if verdict.get("derived") else ""
         return {**verdict, "outcome": FAILED, "passed": False, "reason": reason}
-    theorem = verdict["outcome"] not in (NOT_JUDGED, SELF_CONSISTENT)
-    return verdict if theorem else with_reason(verdict, summary(results))
+    is_open = any(each["met"] is None for each in results)
+    told = (NOT_JUDGED, SELF_CONSISTENT, PASSED) if is_open else (NOT_JUDGED, SELF_CONSISTENT)
+    return with_reason(verdict, summary(results)) if verdict["outcome"] in told else verdict
 
 
 def _obeyed(run, obedience):

@@ -480,7 +480,9 @@ def facts_of(experiment, recorder, sensors, ended):
 
 
 def _report(text):
-    print("experiment: " + text, file=sys.stderr)
+    sys.stderr.write(
+        "experiment: {}\n".format(text)
+    )  # at once: runs of a sweep write beside each other
 
 
 def _finish(recording, scenario, progress):

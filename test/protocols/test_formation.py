@@ -145,3 +145,25 @@ def test_the_sampling_rule_is_a_condition(closure):
         control = shipped("formation")(range(1, 5), parameters=parameters, period=period)
         found = control.claims(start)[0]
         assert found.name == "(k/T) Tc < 2/lambda_max" and found.holds is holds, found
+
+
+@pytest.mark.parametrize("closure", ["chain", "cycle", "path"])
+@pytest.mark.parametrize("steps", [range(0, 400, 5), [9, 3, 3, 6], [4], [7, 0, 3, 3, 40]])
+def test_all_steps_at_once_are_those_one_after_the_other(closure, steps, monkeypatch):
+    given = SEVEN, *law(closure, SEVEN), 0.3
+    with monkeypatch.context() as patched:
+        if len(np.unique(np.diff(np.unique(steps)))) <= 1:
+            patched.setattr(formation, "target_errors", None)
+        found = formation.predicted_after(steps, *given)
+    monkeypatch.setattr(formation, "FEW", 0)
+    expected = formation.predicted_after(steps, *given)
+    assert found.shape == expected.shape == (len(steps), 7, 2)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_what_grows_beyond_all_numbers_is_followed_as_far_as_there_are_any():
+    """The powers of a matrix overflow before a start near its target does."""
+    offsets, topology = law("chain", SEVEN)
+    near = offsets + 1e-300 * SEVEN
+    track = formation.predict(near - offsets, 0.0 * offsets, topology, 10.0, 600)
+    assert np.isfinite(track).all() and np.abs(track[-1]).max() > 1e100

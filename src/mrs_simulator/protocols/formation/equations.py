@@ -9,12 +9,8 @@ For a straight line parallel to the x axis with separation ``c``, robot i belong
 which is ``alpha_{i+1} + (c, 0)`` where i receives only from i+1.  A robot without neighbours stands still.
 """
 
-import functools
-
 import numpy as np
 
-from mrs_simulator.core.compiled_terms import kept
-from mrs_simulator.core.compiling import is_wanted, same_bits
 from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
 from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.graphs import Topology
@@ -25,7 +21,7 @@ from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")
 MOST_STEPS = 10**9  # [-] of the law that are looked ahead for when it settles
-WORTH = 20000  # [-] steps: runs that are so long are compiled, too
+FEW = 50  # [-] robots, of whom all steps at once cost less than one after the other
 SMALL_TEAM = 200  # [-] robots, whose powers of a matrix cost little
 MOST_ROBOT_STEPS = 10**7  # [-] the same times robots: some seconds of arithmetic
 
@@ -93,55 +89,38 @@ def predict(hand, offsets, topology, k, steps):
 
 
 def predicted_after(steps, hand, offsets, topology, k):
-    """Return the hand points of (5) after each of so many ``steps`` (m,), (m, n, d) [m]."""
-    track, order = np.empty((len(steps),) + hand.shape), np.argsort(steps, kind="stable")
-    counts = np.diff(np.asarray(steps)[order], prepend=0).astype(int)
-    loop = _loop_of(topology, counts)
-    if loop is not None:
-        track[order] = loop(hand, offsets, topology.sole_senders, k, counts)
-        return track
-    for row, count in zip(order.tolist(), counts.tolist()):
+    """Return the hand points of (5) after each of so many ``steps`` (m,), (m, n, d) [m].
+
+    Of a few robots by powers of (5)'s matrix, where ``steps`` are evenly spaced, else step by step.
+    """
+    distinct, place = np.unique(steps, return_inverse=True)
+    if len(hand) <= FEW and len(np.unique(np.diff(distinct))) <= 1:
+        track = _by_powers(distinct, hand - offsets, topology, k) + offsets
+        if np.isfinite(track).all():
+            return track[place]
+    track = np.empty((len(distinct),) + hand.shape)
+    for row, count in enumerate(np.diff(distinct, prepend=0)):
         for _ in range(count):
             hand = hand - k * target_errors(hand, offsets, topology)
         track[row] = hand
-    return track
+    return track[place]
 
 
-def _loop_of(topology, counts):
-    """Return the compiled :func:`looked_up_steps` where it has the same bits and pays, else None."""
-    if topology.sole_senders is None or is_wanted():  # of which edges' sums have bits of their own
-        return None
-    return same_bits(compiled_steps, WORTH, int(counts.sum()))
+@np.errstate(all="ignore")
+def _by_powers(steps, away, topology, k):
+    """Return ``away`` (n, d) after each of evenly spaced ``steps`` of ``I - k M``, M of the errors.
 
-
-def looked_up_steps(hand, offsets, senders, k, counts):
-    """Return ``hand`` (n, d) after each of ``counts`` (m,) steps of (5), one after the other, (m, n, d).
-
-    Each hears one of the ``senders`` (n,), or itself.
+    From the first K of them the next K follow by a power of the matrix, as the errors are linear.
     """
-    hand, apart, track = hand.copy(), np.empty(hand.shape), np.empty((len(counts),) + hand.shape)
-    for row in range(len(counts)):
-        for _ in range(counts[row]):
-            for i in range(len(hand)):
-                for axis in range(hand.shape[1]):
-                    apart[i, axis] = hand[i, axis] - offsets[i, axis]
-            for i in range(len(hand)):
-                for axis in range(hand.shape[1]):
-                    hand[i, axis] -= k * (apart[i, axis] - apart[senders[i], axis])
-        track[row] = hand
+    step = np.eye(len(away)) - k * from_mean(np.eye(len(away)), topology)
+    track, known = np.empty((len(steps),) + away.shape), 1
+    track[0] = np.linalg.matrix_power(step, steps[0]) @ away
+    power = np.linalg.matrix_power(step, steps[1] - steps[0]) if len(steps) > 1 else step
+    while known < len(steps):
+        more = min(known, len(steps) - known)
+        track[known : known + more] = power @ track[:more]
+        power, known = power @ power, known + more
     return track
-
-
-@functools.lru_cache(maxsize=None)
-def compiled_steps():
-    """Return :func:`looked_up_steps`, compiled; ``ValueError`` without numba."""
-    loop = kept(looked_up_steps)
-
-    def steps(hand, offsets, senders, k, counts):
-        arrays = np.ascontiguousarray(hand), np.ascontiguousarray(offsets), np.array(senders)
-        return loop(*arrays, float(k), counts)
-
-    return steps
 
 
 def limit(hand, offsets, topology):

@@ -54,14 +54,10 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
     """
     now, end, every, between, first = plan
     counts, numbers, poses, inners, turns, looked, command = state
-    here = counts[STATE]
-    if first == COMMAND:
-        if len(wanted[1]):
-            head(counts, poses, turns)
-        if not map_wanted(wanted, turns[here], command):
-            return now, ODD
+    if first == COMMAND and not is_mapped(counts, poses, turns, wanted, command):
+        return now, ODD
     if first != NOTHING and now % between == 0:
-        if not keep(poses[here], command, kept[counts[FILLED]]):
+        if not keep(poses[counts[STATE]], command, kept[counts[FILLED]]):
             return now, FAR
         counts[FILLED] += 1
     while now < end and counts[FILLED] < len(kept):
@@ -98,6 +94,13 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
                 return now, FAR
             counts[FILLED] += 1
     return now, ENOUGH
+
+
+def is_mapped(counts, poses, turns, wanted, command):
+    """Put what is ``wanted`` of the robots now into ``command``; return whether that can be."""
+    if len(wanted[1]):
+        head(counts, poses, turns)
+    return map_wanted(wanted, turns[counts[STATE]], command)
 
 
 def head(counts, poses, turns):

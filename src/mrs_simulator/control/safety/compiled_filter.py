@@ -26,16 +26,15 @@ def near_pairs(seen, bound):
     """Return the rows of pairs whose squared distance is below ``bound`` [m^2], (m,) and (m,)."""
     n, d = seen.shape
     first = np.empty(n * (n - 1) // 2, dtype=np.int64)
-    second, m = np.empty_like(first), 0
+    second, m, all_are = np.empty_like(first), 0, bound == np.inf
     for i in range(n):
         for j in range(i + 1, n):
             total = 0.0
             for axis in range(d):
                 apart = seen[j, axis] - seen[i, axis]
                 total += apart * apart
-            if total < bound or bound == np.inf:
-                first[m], second[m] = i, j
-                m += 1
+            first[m], second[m] = i, j  # without a branch, which would be guessed wrong
+            m += (total < bound) | all_are
     return first[:m], second[:m]
 
 
@@ -45,31 +44,56 @@ def pair_rows(seen, points, squash, first, second, distance, terms, slowness, la
     ``squash`` (d,), or (0,) for none; ``distance`` (n, n), or (1, 1) for one of all; ``terms``: ``period``
     and ``gamma``; ``slowness`` and ``late`` (n,), or (0,), of ``Brakes``.
     """
-    (period, gamma), m, d = terms, len(first), seen.shape[1]
-    rows, limit, braking = np.empty((m, d)), np.empty(m), len(slowness) > 0
+    m, d, braking = len(first), seen.shape[1], len(slowness) > 0
+    rows, apart, length, needed = np.empty((m, d)), np.zeros(m), np.zeros(m), np.empty(m)
+    waits, slow = np.empty(m), np.empty(m)
     for k in range(m):
         i, j = first[k], second[k]
-        needed = distance[i, j] if len(distance) > 1 else distance[0, 0]
-        margin = inner(seen, seen, i, j) - needed * needed
-        for axis in range(d):
-            rows[k, axis] = seen[i, axis] - seen[j, axis]
-            if len(squash):
-                rows[k, axis] = (points[i, axis] - points[j, axis]) * (squash[axis] * squash[axis])
-        far = np.maximum(np.sqrt(square(rows, k)), 1e-9)
-        size = 2.0 * np.sqrt(2.0) * far
-        for axis in range(d):
-            rows[k, axis] = 2.0 * rows[k, axis] / size
-        most = gamma * (margin * margin * margin)
+        needed[k] = distance[i, j] if len(distance) > 1 else distance[0, 0]
         if braking:
-            gap = np.sqrt(np.maximum(margin + needed * needed, 0.0)) - needed
-            waits = 0.5 * (late[i] + late[j])
-            slow = 0.5 * (slowness[i] + slowness[j])
-            gap = np.maximum(gap, 0.0)
-            closing = 2.0 * gap / (waits + np.sqrt(waits * waits + slow * gap))
-            squared = needed * needed
-            most = np.minimum(2.0 * far * closing, most / (squared * squared))
-        limit[k] = np.minimum(most, margin / period) / size
+            waits[k] = 0.5 * (late[i] + late[j])
+            slow[k] = 0.5 * (slowness[i] + slowness[j])
+    for axis in range(d):
+        for k in range(m):
+            i, j = first[k], second[k]
+            way = seen[i, axis] - seen[j, axis]
+            apart[k] += way * way
+            if len(squash):
+                way = (points[i, axis] - points[j, axis]) * (squash[axis] * squash[axis])
+            length[k] += way * way
+            rows[k, axis] = way
+    size, limit = limits_of(apart, length, needed, terms, braking, waits, slow)
+    for axis in range(d):
+        for k in range(m):
+            rows[k, axis] = 2.0 * rows[k, axis] / size[k]
     return rows, limit
+
+
+def limits_of(apart, length, needed, terms, braking, waits, slow):
+    """Return the lengths (m,) by which rows of pairs are divided, and their limits, as ``_pair_rows``.
+
+    ``apart`` and ``length`` (m,): squares of what is seen of distances, and of rows; no loop has a branch,
+    so that they use the processor's vectors.
+    """
+    (period, gamma), m = terms, len(apart)
+    size, most, limit = np.empty(m), np.empty(m), np.empty(m)
+    for k in range(m):
+        root, square = np.sqrt(length[k]), needed[k] * needed[k]
+        far = root if root > 1e-9 else 1e-9
+        size[k] = 2.0 * np.sqrt(2.0) * far
+        margin = apart[k] - square
+        limit[k] = margin / period
+        most[k] = gamma * (margin * margin * margin)
+        if braking:
+            whole = margin + square
+            gap = np.sqrt(whole if whole > 0.0 else 0.0) - needed[k]
+            gap = gap if gap > 0.0 else 0.0
+            closing = 2.0 * gap / (waits[k] + np.sqrt(waits[k] * waits[k] + slow[k] * gap))
+            closing, held = 2.0 * far * closing, most[k] / (square * square)
+            most[k] = closing if closing < held else held
+    for k in range(m):
+        limit[k] = (most[k] if most[k] < limit[k] else limit[k]) / size[k]
+    return size, limit
 
 
 def inner(a, b, i, j):
@@ -113,15 +137,20 @@ def heeded(wanted, seen, distance, first, second, limit, heeds, bounds, turned):
         i, j = first[k], second[k]
         reach = np.sqrt(2.0) * (size[i] + size[j]) if k < pairs else size[i]
         near[k] = reach >= limit[k]
+    for k in range(m):
         if not near[k]:
             continue
+        i, j = first[k], second[k]
         if k >= pairs:
             own = k - pairs
             if product(way_out, wanted, own, i) < 0.0 and gap[own] < turns[own]:
                 share[i] = np.maximum(share[i], turned)
             continue
         needed = distance[i, j] if len(distance) > 1 else distance[0, 0]
-        far = np.maximum(np.sqrt(inner(seen, seen, i, j)), 1e-9)
+        squared, heeded = inner(seen, seen, i, j), heeds * needed
+        if squared > 1.001 * heeded * heeded:  # few are near enough for a root
+            continue
+        far = np.maximum(np.sqrt(squared), 1e-9)
         close = (heeds - far / needed) / (heeds - 1.0)
         if not close > 0.0:
             continue

@@ -147,6 +147,8 @@ def constraints(points, terms, within, bounds):
     first, second = near_pairs(points, within * within)
     times = period, GAMMA
     rows, limits = pair_rows(points, points, NONE, first, second, distance, times, slowness, waits)
+    if not len(gap):
+        return first, second, -rows, rows, limits
     pairs, m = len(first), len(first) + len(gap)
     i, j, limit = np.empty(m, np.int64), np.empty(m, np.int64), np.empty(m)
     of_first, of_second, rate = np.empty((m, 2)), np.zeros((m, 2)), min(FIXED_RATE, 1.0 / period)
@@ -238,11 +240,16 @@ def meeting(pose, radii, ways):
     n, count = len(ways), 0
     first, second = np.empty(n * (n - 1) // 2, np.int64), np.empty(n * (n - 1) // 2, np.int64)
     for i in range(n):
+        begun, east, north, own = count, pose[0, i], pose[1, i], radii[i] + ways[i]
         for j in range(i + 1, n):
-            x, y = pose[0, i] - pose[0, j], pose[1, i] - pose[1, j]
-            size, reach = x * x + y * y, (radii[i] + ways[i]) + (radii[j] + ways[j])
-            # Few are near enough for a root.
-            if size < 1.001 * reach * reach and np.sqrt(size) < reach:
+            x, y, reach = east - pose[0, j], north - pose[1, j], own + (radii[j] + ways[j])
+            second[count] = j
+            count += x * x + y * y < 1.001 * reach * reach  # few are near enough for a root
+        near, count = count, begun
+        for k in range(begun, near):
+            j = second[k]
+            x, y, reach = east - pose[0, j], north - pose[1, j], own + (radii[j] + ways[j])
+            if np.sqrt(x * x + y * y) < reach:
                 first[count], second[count] = i, j
                 count += 1
     return first[:count], second[:count]

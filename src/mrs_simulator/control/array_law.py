@@ -87,8 +87,7 @@ def has_form(control):
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """
     formed = hasattr(getattr(type(control), "pointMassLaw", None), "form")
-    alone = control.runner.is_by_points and not control.SENSORS
-    return formed and alone and is_bare(control)
+    return formed and control.runner.is_by_points and not control.SENSORS and is_bare(control)
 
 
 def is_bare(control):

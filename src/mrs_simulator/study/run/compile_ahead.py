@@ -26,7 +26,8 @@ MEETING = {  # under the safety filter
     "topology": {"preset": "complete"},
     "control": {"protocol": "consensus", "safety": True},
 }
-SLIDING = dict(MEETING, model="robotino3")  # robots whose filter is compiled part by part
+# Robots whose filter is compiled part by part, for so long that they brake before each other.
+SLIDING = dict(MEETING, model="robotino3", duration=8.0)
 # A crowd that is drawn together, of so many that pairs are looked for in a grid, and for so long that they
 # are looked for again.
 TOUCHING = {

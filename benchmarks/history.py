@@ -99,12 +99,9 @@ def cpu_model():
 def commit():
     """Return the short name of the commit checked out, with a + where files were changed since."""
     try:
-        name = _git("rev-parse", "--short", "HEAD")
-        return name + (
-            "+"
-            if _git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!" + PATH)
-            else ""
-        )
+        name, own = _git("rev-parse", "--short", "HEAD"), os.path.relpath(PATH, ROOT)
+        changed = _git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!" + own)
+        return name + "+" * bool(changed)
     except (OSError, subprocess.SubprocessError):
         return "unknown"
 

@@ -1,6 +1,7 @@
 """The history of benchmarks: what is kept, and how figures of other times are compared."""
 
 import os
+import subprocess
 
 import pytest
 from documentation import loaded
@@ -95,3 +96,26 @@ def test_the_load_is_what_other_programs_use(history, monkeypatch):
     monkeypatch.setattr(history, "_used", lambda: next(used))
     monkeypatch.setattr(history.time, "sleep", lambda seconds: None)
     assert history.others_load(2.0) == 0.25
+
+
+def test_the_commit_is_that_of_the_code_whatever_was_kept_since(history, monkeypatch, tmp_path):
+    def git(*words):
+        who = "-c", "user.name=me", "-c", "user.email=me@example.org"
+        subprocess.run(
+            ("git", "-C", str(tmp_path), *who, *words), check=True, stdout=subprocess.DEVNULL
+        )
+
+    kept, code = tmp_path / "benchmarks" / "history.csv", tmp_path / "law.py"
+    kept.parent.mkdir()
+    for path in (kept, code):
+        path.write_text("first\n")
+    git("init", "-q")
+    git("add", ".")
+    git("commit", "-qm", "first")
+    monkeypatch.setattr(history, "ROOT", str(tmp_path))
+    monkeypatch.setattr(history, "PATH", str(kept))
+    clean = history.commit()
+    kept.write_text("second\n")
+    assert history.commit() == clean and not clean.endswith("+")
+    code.write_text("second\n")
+    assert history.commit() == clean + "+"

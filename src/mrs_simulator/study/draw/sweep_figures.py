@@ -25,10 +25,8 @@ ROBUSTNESS = "robustness of {}"
 PANEL = 1.7  # [in], height of a heat map
 # colours of the marks in the legend, and of cells without a value
 CELL, NOTHING = "0.35", "#dddddd"
-LUMINANCE, BRIGHT = (
-    np.array([0.2126, 0.7152, 0.0722]),
-    0.6,
-)  # of red, green, blue; on which marks are dark
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green, blue
+BRIGHT = 0.6  # luminance from which on marks are dark
 # [-] of values that ask for a logarithmic scale; of its least value
 SPREAD, LEAST_SHARE = 1e3, 1e-9
 NEITHER = 1e-6  # [1/s] within which nothing decays or grows: the threshold itself

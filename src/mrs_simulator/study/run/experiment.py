@@ -480,9 +480,8 @@ def facts_of(experiment, recorder, sensors, ended):
 
 
 def _report(text):
-    sys.stderr.write(
-        "experiment: {}\n".format(text)
-    )  # at once: runs of a sweep write beside each other
+    # At once, since runs of a sweep write beside each other.
+    sys.stderr.write("experiment: {}\n".format(text))
 
 
 def _finish(recording, scenario, progress):

@@ -167,3 +167,8 @@ def test_what_grows_beyond_all_numbers_is_followed_as_far_as_there_are_any():
     near = offsets + 1e-300 * SEVEN
     track = formation.predict(near - offsets, 0.0 * offsets, topology, 10.0, 600)
     assert np.isfinite(track).all() and np.abs(track[-1]).max() > 1e100
+
+
+def test_nothing_is_predicted_of_no_samples():
+    given = np.zeros((3, 2)), np.zeros((3, 2)), formation.closure_topology("chain", 3), 0.02
+    assert formation.predicted_after(np.array([], dtype=int), *given).shape == (0, 3, 2)

@@ -94,7 +94,7 @@ def predicted_after(steps, hand, offsets, topology, k):
     Of a few robots by powers of (5)'s matrix, where ``steps`` are evenly spaced, else step by step.
     """
     distinct, place = np.unique(steps, return_inverse=True)
-    if len(hand) <= FEW and len(np.unique(np.diff(distinct))) <= 1:
+    if len(distinct) and len(hand) <= FEW and len(np.unique(np.diff(distinct))) <= 1:
         track = _by_powers(distinct, hand - offsets, topology, k) + offsets
         if np.isfinite(track).all():
             return track[place]

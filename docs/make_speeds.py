@@ -174,28 +174,22 @@ TABLES = {
                 ("share by processor time", "{}, share by cpu time", number),
                 ("share by wall time", "{}, share by wall time", number),
             ),
-            [
-                (text, case, 100)
-                for text, case in (
-                    ("four kinds of one drive", "four kinds of one drive"),
-                    ("three drives: differential, omnidirectional, car", "three drives"),
-                    ("omnidirectional robots alone", "omnidirectional alone"),
-                    ("cars alone", "cars alone"),
-                )
-            ],
+            (
+                ("four kinds of one drive", "four kinds of one drive", 100),
+                ("three drives: differential, omnidirectional, car", "three drives", 100),
+                ("omnidirectional robots alone", "omnidirectional alone", 100),
+                ("cars alone", "cars alone", 100),
+            ),
         ),
         "files": by_measure(
             "run.csv of 1,000 robots",
             "recording",
             (("million rows a second", "{}", millions),),
-            [
-                (text, case, 1000)
-                for text, case in (
-                    ("written by Python alone", "written by Python alone"),
-                    ("written with orjson", "written with orjson"),
-                    ("read back to arrays", "read"),
-                )
-            ],
+            (
+                ("written by Python alone", "written by Python alone", 1000),
+                ("written with orjson", "written with orjson", 1000),
+                ("read back to arrays", "read", 1000),
+            ),
         ),
         "ros": by_measure(
             "robots at 50 Hz",
@@ -341,10 +335,10 @@ def growth(rows):
 def headline(rows):
     """Return what README says of speed."""
     ours = (
-        ("this package: a law robot by robot", HOOK + COMPILED),
+        ("this package, compiled: a law robot by robot", HOOK + COMPILED),
         ("this package: a law in arrays, numpy alone", WHOLE),
-        ("**this package: a law in arrays**", WHOLE + COMPILED),
-        ("this package: wheels with forces", PLANAR_RUN + COMPILED),
+        ("**this package, compiled: a law in arrays**", WHOLE + COMPILED),
+        ("this package, compiled: wheels with forces", PLANAR_RUN + COMPILED),
     )
     header, lines = by_size("times real time", "headless", SIZES, ours)
     of_peers = by_size(FACTOR, "peers", SIZES, peer_lines(rows, SIZES[0]))[1]

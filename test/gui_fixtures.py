@@ -87,6 +87,7 @@ def until(condition, limit=60.0):
             return
         time.sleep(0.02)
     said = gui.messages.toPlainText(), trouble, gui.study.state.lines(), gui.study.state.actions()
+    said += (rows_of(gui.preflight),)
     raise SystemExit("\\n".join(["not within {} s".format(limit), *map(str, said)]))
 
 def click(name):

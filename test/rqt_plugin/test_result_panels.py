@@ -4,6 +4,7 @@ import os
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
+import numpy as np
 import pytest
 from gui_fixtures import shown
 from gui_tables import judged_row, rows_of
@@ -17,6 +18,7 @@ from mrs_simulator.rqt_plugin.run.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
 from mrs_simulator.scenario.requirements import RESULT_KEYS
+from mrs_simulator.state.state_table import StateTable
 
 APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]
@@ -225,6 +227,39 @@ def test_a_check_that_fails_or_is_called_off_starts_nothing():
     run.begin("scenario.yaml", accepted=frozenset())
     assert run.cancel() and not run.ended(True, (9, []))
     assert run.outcome == "" and not run.cancel()
+
+
+def test_a_stage_that_is_received_late_still_says_which_robots_are_real(tmp_path):
+    class Late(Connection):
+        do = staticmethod(lambda name, work: answers.append(work()))
+        registered = {"stage"}
+        has_simulated_time = staticmethod(lambda: True)
+        controller_arguments = staticmethod(lambda topics: [])
+        snapshot = staticmethod(lambda: snapshot)
+        asked = 0
+
+        def is_fresh(self, name):
+            self.asked += 1
+            return self.asked > 3
+
+    class Program:
+        directory = str(tmp_path)
+
+        def run(self, name, program, *arguments, limit):
+            given.append(arguments)
+            (tmp_path / "preflight.json").write_text("[]")
+            return 0, ""
+
+    answers, given = [], []
+    snapshot = StateTable(0.0, (1, 2), pose=np.zeros((2, 3)), real=np.array([False, True]))
+    connection = Late()
+    run = PreflightRun(connection, Program())
+    run.begin("scenario.yaml", accepted=frozenset())
+    assert answers == [(True, (0, []))] and "_real:=[2]" in given[0]
+    assert run.ended(*answers[0]) and run.real == ["_real:=[2]"]
+    connection.registered, connection.asked = set(), -9
+    run.begin("scenario.yaml", accepted=frozenset())
+    assert [found.what for found in answers[1][1][1]] == ["clock"]
 
 
 @pytest.mark.parametrize(

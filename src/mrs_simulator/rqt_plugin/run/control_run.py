@@ -72,7 +72,9 @@ class ControlRun:
     def launch(self):
         """Start a controller of the GUI's own, in place of the one before."""
         self._connection.begin_run()
-        arguments = ["--scenario", self.written()] + real_arguments(self._connection)
+        # Real robots are those of the check, whose answer the start stands on.
+        checked = self._preflight.real if self._state.real() else real_arguments(self._connection)
+        arguments = ["--scenario", self.written()] + checked
         stage = self._connection.newest("stage")
         waits = stage.lockstep if stage is not None else self._stage.lockstep
         arguments.append(lockstep_option(waits and not self._state.real()))

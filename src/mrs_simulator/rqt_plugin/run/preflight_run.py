@@ -1,6 +1,7 @@
 """Runs the command ``preflight`` for the GUI and reads its findings, without Qt."""
 
 import os
+import time
 from typing import NamedTuple
 
 from mrs_simulator.core.fields import shown
@@ -8,6 +9,8 @@ from mrs_simulator.scenario.reading import Section, read_json, reason
 from mrs_simulator.state.columns import REAL as IS_REAL
 
 LIMIT = 120.0  # [s] of wall time for the whole check
+PATIENCE = 10.0  # [s] of wall time in which a stage that sets the time has to publish its status
+NAP = 0.02  # [s] of wall time
 
 
 class Finding(NamedTuple):
@@ -33,6 +36,7 @@ class PreflightRun:
         self.running = False
         self.findings, self.passed = None, 0  # of the last check; None before the first
         self.outcome = ""  # of the last check for the controller: started or refused
+        self.real = []  # the argument with the real robots of the last check, as ``real_arguments``
         self._accepted = None  # keys of the findings that a start goes on with; None: no start
 
     @property
@@ -47,11 +51,8 @@ class PreflightRun:
         overruled.
         """
         self.running, self._accepted, self.outcome = True, accepted, ""
-        topics, real = self._connection.odometry_topics(), real_arguments(self._connection)
-        run = ["--scenario", scenario_path] + real
-        self._connection.do(
-            "preflight", lambda: self._check(run, list(own), topics, alone=not real)
-        )
+        topics, run = self._connection.odometry_topics(), ["--scenario", scenario_path]
+        self._connection.do("preflight", lambda: self._check(run, list(own), topics))
 
     def cancel(self):
         """Do not start the controller after the check; return whether it was to start."""
@@ -79,16 +80,18 @@ class PreflightRun:
         """Return the keys of the findings."""
         return frozenset(finding.key for finding in self.findings or ())
 
-    def _check(self, run, findings, topics, alone):
+    def _check(self, run, findings, topics):
         """Run the command; return ``(True, (checks passed, findings))``.  Not in the GUI's thread."""
         path = os.path.join(self._processes.directory, "preflight.json")
         if os.path.exists(path):
             os.remove(path)
-        if alone and self._connection.has_simulated_time():
+        if self._connection.has_simulated_time() and not self._has_stage():
             findings.append(
                 Finding("", "clock", "/use_sim_time is true, and no stage runs", "false")
             )
-        arguments = run + ["--json", path] + self._connection.controller_arguments(topics)
+        self.real = real_arguments(self._connection)
+        arguments = run + self.real + ["--json", path]
+        arguments += self._connection.controller_arguments(topics)
         _, output = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
         if not os.path.exists(path):
             return False, output or "no answer within {:g} s".format(LIMIT)
@@ -97,6 +100,18 @@ class PreflightRun:
         except (ValueError, OSError) as error:
             return False, "{}: {}".format(path, reason(error))
         return True, (passed, findings + found)
+
+    def _has_stage(self):
+        """Return whether a stage publishes its status; one that the master knows has ``PATIENCE``.
+
+        Robots may be received before it, and a busy machine makes it silent for a while.
+        """
+        end = time.monotonic() + PATIENCE
+        while not self._connection.is_fresh("stage"):
+            if "stage" not in self._connection.registered or time.monotonic() > end:
+                return False
+            time.sleep(NAP)
+        return True
 
 
 def read_findings(path):

@@ -10,7 +10,7 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.record.recording import Run
 from mrs_simulator.verdict.theory.motion import limit_to_grip
-from mrs_simulator.verdict.theory.slipped_runs import slipped_run
+from mrs_simulator.verdict.theory.recorded_slip import run_with_recorded_slip
 from mrs_simulator.verdict.verdict import Theory, judge
 
 DRIFT, WORST = "drift of w^T p", "worst displacement error"
@@ -50,19 +50,22 @@ def slipping(weaker=1.0, off=0.0):
 
 def test_a_right_law_with_the_slip_of_a_run_goes_the_way_of_that_run():
     control, run = slipping()
-    np.testing.assert_allclose(slipped_run(control, run).hand, run.hand, atol=1e-12)
+    np.testing.assert_allclose(run_with_recorded_slip(control, run).hand, run.hand, atol=1e-12)
 
 
 def test_what_a_law_took_for_poses_is_known_where_it_was_recorded():
     control, run = slipping(off=0.1)
     wheels = run._replace(scenario=run.scenario._replace(odometry="wheel"))
-    np.testing.assert_allclose(slipped_run(control, wheels).hand, run.hand, atol=1e-12)
-    assert np.abs(slipped_run(control, run._replace(estimate=None)).hand - run.hand).max() > 0.05
+    np.testing.assert_allclose(run_with_recorded_slip(control, wheels).hand, run.hand, atol=1e-12)
+    assert (
+        np.abs(run_with_recorded_slip(control, run._replace(estimate=None)).hand - run.hand).max()
+        > 0.05
+    )
 
 
 def test_a_weak_law_does_not_even_with_its_slip():
     control, run = slipping(weaker=0.9)
-    found = slipped_run(control, run).hand
+    found = run_with_recorded_slip(control, run).hand
     away = np.linalg.norm(found - run.hand, axis=2).max(axis=1)
     assert away[-1] > 0.01 and (np.diff(away) >= 0.0).all()
 
@@ -71,10 +74,13 @@ def test_a_weak_law_does_not_even_with_its_slip():
 def test_what_is_not_known_is_not_made_up(changes):
     control, run = slipping()
     if changes is None:
-        assert slipped_run(control, run._replace(meta={})) is None
-        assert slipped_run(control, run._replace(time=1.1 * run.time)) is None
+        assert run_with_recorded_slip(control, run._replace(meta={})) is None
+        assert run_with_recorded_slip(control, run._replace(time=1.1 * run.time)) is None
     else:
-        assert slipped_run(control, run._replace(scenario=run.scenario._replace(**changes))) is None
+        assert (
+            run_with_recorded_slip(control, run._replace(scenario=run.scenario._replace(**changes)))
+            is None
+        )
 
 
 def judged_of(measured, slipped, relation="equal"):

@@ -32,7 +32,7 @@ from mrs_simulator.verdict.requirements.results import requirement_results
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, later, published_law, robots_run
 from mrs_simulator.verdict.theory.meetings import meetings, theory_track
-from mrs_simulator.verdict.theory.slipped_runs import slipped_run
+from mrs_simulator.verdict.theory.recorded_slip import run_with_recorded_slip
 from mrs_simulator.verdict.theory.theorem import Ideal, Points
 from mrs_simulator.verdict.user_values import claim_of, measures_of
 from mrs_simulator.verdict.verdict import (
@@ -271,7 +271,7 @@ def _claims(control, run, faults, followed=None, balanced=True):
         followed = call(robots_run, control, run) if followed is None else followed
         slipped, known = None, followed
         if control.fidelity == "dynamic":
-            slipped = known = call(slipped_run, control, run)
+            slipped = known = call(run_with_recorded_slip, control, run)
         claims = claims + call(exactness_claims, control, run, exact, followed)
         made = {} if raised else _claims_with(control, run, fidelity="point_mass")
         points = Points(control, run, exact, made)

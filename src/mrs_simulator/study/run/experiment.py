@@ -114,7 +114,7 @@ class Experiment:
         Raises ``LawFailed`` after all robots were commanded to stop.
         """
         self.begin()
-        blocks = self._leaping() if self._can_leap() else self.stepping()
+        blocks = self._fused_steps() if self._can_leap() else self.stepping()
         for (stamp,), (pose,), (command,) in blocks:
             yield stamp, pose, command
 
@@ -126,7 +126,7 @@ class Experiment:
         self.begin()
         recorder.write_together()
         most = max(1, ROWS_AT_ONCE // self.scenario.n) if self._is_basic else 1
-        for block in self._leaping(most) if self._can_leap() else self.stepping(most):
+        for block in self._fused_steps(most) if self._can_leap() else self.stepping(most):
             if len(block[0]) > 1:
                 recorder.block(*block)
             else:
@@ -142,7 +142,7 @@ class Experiment:
         if not self._is_compilable():
             return False
         self.begin()
-        return bool(list(self._leaping(steps=1)))
+        return bool(list(self._fused_steps(steps=1)))
 
     def begin(self):
         """Let robots take off, and the law begin, before the first sample."""
@@ -277,13 +277,13 @@ class Experiment:
             _report(hint)
         return compiled
 
-    def _leaping(self, most=1, steps=None):
-        """Return the blocks of up to ``most`` samples up to ``steps``, see ``Leaping.blocks``."""
-        from mrs_simulator.study.run.leaping import Leaping  # numba only where it is wanted
+    def _fused_steps(self, most=1, steps=None):
+        """Return the blocks of up to ``most`` samples up to ``steps``, see ``FusedSteps.blocks``."""
+        from mrs_simulator.study.run.fused_steps import FusedSteps  # numba only where it is wanted
 
         if self.step < 0:
             self.command_all()
-        return Leaping(self, most).blocks(steps_of(self.scenario) if steps is None else steps)
+        return FusedSteps(self, most).blocks(steps_of(self.scenario) if steps is None else steps)
 
     def stepping(self, most=1):
         """Return the blocks of up to ``most`` samples of robots that go from command to command."""

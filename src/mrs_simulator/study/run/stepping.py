@@ -69,7 +69,7 @@ class Stepping:
         return self._made
 
     def block(self, steps):
-        """Go on towards ``steps``; yield samples as ``Leaping.blocks`` does, or nothing.
+        """Go on towards ``steps``; yield samples as ``FusedSteps.blocks`` does, or nothing.
 
         Raises what the law leads to, after the samples before it.
         """

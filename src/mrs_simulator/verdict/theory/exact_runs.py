@@ -20,8 +20,8 @@ from mrs_simulator.record.recording import Run, part_of
 from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.vehicles.team import Team
-from mrs_simulator.verdict.theory.followed_samples import followed_samples
 from mrs_simulator.verdict.theory.motion import Advance, begin_moving, limit_to_grip
+from mrs_simulator.verdict.theory.one_step_predictions import one_step_predictions
 
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 MOST_STEPS = 200000  # [-] of robots that speed up in ramps, each a step of the world
@@ -164,7 +164,7 @@ def robots_run(control, run, gripping=False):
         return None
     if math.isinf(step) and not control.links.faults and mismatch == NO_MISMATCH:
         with np.errstate(all="ignore"):
-            followed = followed_samples(law, robots, run, control.period)
+            followed = one_step_predictions(law, robots, run, control.period)
         if followed is not None:
             facts = {
                 "limited": followed.limited,

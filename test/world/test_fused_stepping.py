@@ -644,7 +644,7 @@ def test_how_many_samples_a_call_makes_changes_no_bit(team, compiled):
     for most in (1, 31):
         experiment = Experiment(scenario(**TEAMS[team]), Gather)
         experiment.begin()
-        blocks = list(zip(*experiment._leaping(most)))
+        blocks = list(zip(*experiment._fused_steps(most)))
         told.append([np.concatenate(each) for each in blocks] + [experiment.collisions])
     assert (
         len(told[0][0]) == experiment.scenario.duration * experiment.scenario.record_rate // 1 + 1
@@ -682,7 +682,7 @@ def test_robots_that_go_far_are_listed_anew(compiled):
     )
     experiment = Experiment(given, Gather)
     experiment.begin()
-    assert max(len(stamps) for stamps, *_ in experiment._leaping(most=160)) > 10
+    assert max(len(stamps) for stamps, *_ in experiment._fused_steps(most=160)) > 10
     assert 5.0 < experiment.collisions[0].time < 5.5
 
 

@@ -11,11 +11,10 @@ from mrs_simulator.protocols.published.laws import MOST_PAIRS
 from mrs_simulator.protocols.published.robots import are_stated
 from mrs_simulator.verdict.law.published_checks import as_known
 from mrs_simulator.verdict.theory.exact_runs import published_law
+from mrs_simulator.verdict.theory.one_step_predictions import commands_between
 
-WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 
-
-def slipped_run(control, run):
+def run_with_recorded_slip(control, run):
     """Return the ``Run`` of robots under the published law that slip as those of ``run`` do.
 
     From sample to sample, ``h`` [s] later, the recorded points p went ``p+ - p``, and their commands asked
@@ -31,10 +30,11 @@ def slipped_run(control, run):
     samples beside commands or not in lockstep, of odometry that was not recorded, and where it is too long
     to compute.
     """
-    law, counts = published_law(control), _commands_between(control, run)
+    law, time = published_law(control), run.time - run.time[0]
+    counts = commands_between(time, control.period)
     if law is None or counts is None or not _is_known(control, run, law):
         return None
-    time, memory, known = run.time - run.time[0], law.begin(run.hand[0]), as_known(control, run)
+    memory, known = law.begin(run.hand[0]), as_known(control, run)
     robots = robots_of(control)
 
     def asked(row, points=None):
@@ -59,15 +59,6 @@ def slipped_run(control, run):
         track.append(points)
     hand = np.array(track)
     return run._replace(hand=hand, meta={}, load=None) if np.isfinite(hand).all() else None
-
-
-def _commands_between(control, run):
-    """Return how many commands lie between samples, (m - 1,); None where samples are beside commands."""
-    count = (run.time - run.time[0]) / control.period
-    whole = np.round(count)
-    if (np.abs(count - whole) > WHOLE * np.maximum(count, 1.0)).any():
-        return None
-    return np.diff(whole.astype(int)).tolist()
 
 
 def _is_known(control, run, law):

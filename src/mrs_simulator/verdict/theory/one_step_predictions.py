@@ -1,4 +1,4 @@
-"""Robots under the published law, followed from all samples of a run at once.
+"""Where the published law takes robots from each sample of a run, predicted for all samples at once.
 
 A run of thousands of commands is followed one command after the other.  Where each recorded sample is
 where the law takes the robots from the sample before, the record itself is that motion: all stretches
@@ -15,7 +15,7 @@ SURE = 1e-7  # [m] that samples may be off in all, added up over the run: a tent
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 
 
-class Followed(NamedTuple):
+class Predicted(NamedTuple):
     """What the law makes of robots at the samples of a run; arrays (m, n, ...)."""
 
     pose: Any
@@ -25,40 +25,46 @@ class Followed(NamedTuple):
     cut: Any  # (m, n) [m] of each point's path that limits have cut off until then
 
 
-def followed_samples(law, robots, run, period):
-    """Return how ``robots`` move under ``law`` as :class:`Followed`, or None where samples do not show it.
+def one_step_predictions(law, robots, run, period):
+    """Return how ``robots`` move under ``law`` as :class:`Predicted`, or None where samples do not show it.
 
     Each sample is followed to the next.  That is the motion from the start, but for ``SURE``, where the
     samples are met and no difference grows: the law keeps points close, and no command moves a point by
     more than ``l``, which could turn its robot too far.  Made of laws that see no more than the points
     and the time, and of robots without ramps whose commands fall on the samples.
     """
-    count = _commands_between(run.time - run.time[0], period)
-    if count is None or law.SEES != "now" or not law.keeps_close(period) or not robots.stacks:
+    counts = commands_between(run.time - run.time[0], period)
+    if counts is None or len(np.unique(counts)) != 1 or counts[0] < 1:
+        return None
+    if law.SEES != "now" or not law.keeps_close(period) or not robots.stacks:
         return None
     if robots.deadband:  # at whose edge differences grow
         return None
     off, parts = 0.0, []
     for rows in blocks(len(run.time), len(run.robots)):
-        parts.append(_followed(law, robots, run, rows, period, count))
+        parts.append(_predicted(law, robots, run, rows, period, counts[0]))
         off += _missed(run, rows.start + 1, *parts[-1][:2])
         if not (off <= SURE and parts[-1][-1]):  # nor is nan
             return None
     pose, hand, lost, command, limited = map(np.concatenate, zip(*(part[:-1] for part in parts)))
     for found, start in ((pose, run.pose[0]), (hand, run.hand[0]), (lost, 0.0)):
         found[1:], found[0] = found[:-1], start  # a sample is where the one before leads
-    return Followed(pose, hand, command, limited, np.cumsum(lost, axis=0))
+    return Predicted(pose, hand, command, limited, np.cumsum(lost, axis=0))
 
 
-def _commands_between(time, period):
-    """Return how many commands lie between two samples, None where that is not the same throughout."""
-    count = np.round(time / period)
-    between = np.unique(np.diff(count))
-    beside = np.abs(time - count * period) > WHOLE * period * np.maximum(count, 1.0)
-    return int(between[0]) if len(between) == 1 and between[0] >= 1 and not beside.any() else None
+def commands_between(time, period):
+    """Return how many commands lie between samples, (m - 1,) int; None where samples are beside commands.
+
+    ``time`` (m,) [s] of the samples, from a command on; ``period`` [s] of the commands.
+    """
+    count = time / period
+    whole = np.round(count)
+    if (np.abs(count - whole) > WHOLE * np.maximum(count, 1.0)).any():
+        return None
+    return np.diff(whole.astype(int))
 
 
-def _followed(law, robots, run, rows, period, count):
+def _predicted(law, robots, run, rows, period, count):
     """Return where the samples ``rows`` lead in ``count`` commands, and how they begin.
 
     Poses and points after these, and what limits have cut off by then; the first commands, and who is at a

@@ -11,7 +11,7 @@ from mrs_simulator.world.motion.stretches import NEAR, ODD
 RAISED, REFUSED = -1, -2  # why a leap ended: the law raised, or cannot be compiled
 
 
-class Leaping:
+class FusedSteps:
     """The steps of an ``Experiment``, of which ``Leaps`` make all that they can."""
 
     def __init__(self, experiment, most):

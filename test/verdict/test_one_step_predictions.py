@@ -1,4 +1,4 @@
-"""What verdicts reckon of all samples at once is what they reckon one command after the other."""
+"""What verdicts compute for all samples at once is what they compute one command after the other."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from protocol_fixtures import shipped
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.published.laws import Averaging, Published, exact_motion
 from mrs_simulator.study.run.experiment import perform
-from mrs_simulator.verdict.theory import exact_runs, followed_samples
+from mrs_simulator.verdict.theory import exact_runs, one_step_predictions
 
 
 @pytest.fixture(scope="module")
@@ -19,22 +19,22 @@ def done(tmp_path_factory):
 
 @pytest.fixture
 def followed(monkeypatch):
-    """Return a function of control and run: that of all samples at once, None where it tells nothing."""
+    """Return a function of control and run: what is predicted, None where samples do not show it."""
 
     def at_once(control, run):
         given = []
 
         def asked(*arguments):
-            given.append(followed_samples.followed_samples(*arguments))
+            given.append(one_step_predictions.one_step_predictions(*arguments))
 
-        monkeypatch.setattr(exact_runs, "followed_samples", asked)
+        monkeypatch.setattr(exact_runs, "one_step_predictions", asked)
         in_turn = exact_runs.robots_run(control, run)
         return given[0] if given else None, in_turn
 
     return at_once
 
 
-def test_samples_followed_at_once_are_the_motion_from_the_start(done, followed):
+def test_samples_predicted_at_once_are_the_motion_from_the_start(done, followed):
     run, control = done
     found, expected = followed(control, run)
     np.testing.assert_allclose(found.hand, expected.hand, atol=1e-9)
@@ -45,14 +45,14 @@ def test_samples_followed_at_once_are_the_motion_from_the_start(done, followed):
     assert np.abs(turned).max() < 1e-8 and expected.meta["limited"].any()
 
 
-@pytest.mark.parametrize("off, told", [(1e-10, True), (1e-6, False), (np.nan, False)])
-def test_samples_that_the_law_does_not_meet_are_not_its_motion(off, told, done, followed):
+@pytest.mark.parametrize("off, met", [(1e-10, True), (1e-6, False), (np.nan, False)])
+def test_samples_that_the_law_does_not_meet_are_not_its_motion(off, met, done, followed):
     run, control = done
     pose, hand = run.pose.copy(), run.hand.copy()
     pose[50, 2, 0] += off
     hand[50, 2, 0] += off
     found, _ = followed(control, run._replace(pose=pose, hand=hand))
-    assert (found is not None) == told
+    assert (found is not None) == met
 
 
 @pytest.mark.parametrize("changes", [{"k": 0.9, "T": 0.01}, {"l": 0.01}])

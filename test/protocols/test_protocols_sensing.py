@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
+from mrs_simulator.core.compiling import VARIABLE
 from mrs_simulator.protocols.exploration import equations as floors
 from mrs_simulator.protocols.exploration.law import Exploration
 from mrs_simulator.protocols.making import make_control
@@ -136,7 +137,7 @@ ROOM = [
 def test_ways_go_round_walls():
     floor = floors.floor_of(ROOM, 0.2, 0.2)
     assert floor.free.shape == (20, 10) and 0.0 < floor.open.mean() < floor.free.mean() < 1.0
-    begin, goal = (tuple(np.ravel(floor.cells(np.array([p])))) for p in ([0.9, 0.5], [3.1, 0.5]))
+    begin, goal = floor.cell([0.9, 0.5]), floor.cell([3.1, 0.5])
     way = floors.ways(floor.open, floor.size, begin)
     # Over the wall's end at (2, 1.2): no shorter than two straight lines, no longer than the grid makes it.
     assert 2.0 * np.hypot(1.1, 0.7) < way[goal] < 1.2 * 2.0 * np.hypot(1.1, 0.9)
@@ -157,13 +158,14 @@ def test_a_scan_shows_the_cells_before_what_it_meets():
     ranges = np.full(181, 1.5)
     ranges[85:96] = 0.8
     ranges[96:109] = np.nan
-    seen = floors.seen_by(floor, np.array([1.0, 1.0, 0.0]), RangeReading(0.0, ranges, places, 5.0))
+    scan = RangeReading(0.0, ranges, places, 5.0)
+    seen = np.zeros(floor.free.shape, dtype=bool)
+    free = np.flatnonzero(floor.free)
+    seen.ravel()[floors.seen_by(floor, np.array([1.0, 1.0, 0.0]), scan, free)] = True
 
     def at(r, degrees):
-        place = np.array(
-            [[1.0 + r * np.cos(np.radians(degrees)), 1.0 + r * np.sin(np.radians(degrees))]]
-        )
-        return bool(seen[floor.cells(place)][0])
+        place = 1.0 + r * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+        return bool(seen[floor.cell(place)])
 
     assert at(0.6, 0.0) and not at(1.1, 0.0) and at(1.1, 30.0) and at(0.7, -60.0)
     assert not at(1.8, 20.0) and not at(0.6, 180.0) and not at(0.9, 12.0)
@@ -213,8 +215,12 @@ def test_a_team_that_is_still_on_its_way_has_not_missed_the_rest(monkeypatch):
     assert share["passed"] is None and "still on their way" in share["note"]
 
 
+@pytest.mark.parametrize("compiled", ["0", "1"])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 7)])
-def test_ways_are_the_shortest_by_free_steps_not_past_corners(shape):
+def test_ways_are_the_shortest_by_free_steps_not_past_corners(shape, compiled, monkeypatch):
+    if compiled == "1":
+        pytest.importorskip("numba")
+    monkeypatch.setenv(VARIABLE, compiled)
     random = np.random.default_rng(7)
     for _ in range(5):
         passable = random.uniform(size=shape) > 0.3

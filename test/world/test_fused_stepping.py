@@ -18,6 +18,7 @@ from mrs_simulator.core import (
 from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import HOMES
+from mrs_simulator.protocols.exploration import compiled_ways
 from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.record.recording import Recorder
@@ -466,6 +467,7 @@ def test_contacts_and_forces_are_compiled_ahead():
         rolling_steps.compiled_roll_step(),
         *compiled_rolling.kernels(),
         *compiled_flight.compiled_loops(),
+        compiled_ways.compiled_lengths(),
     ]
     assert [loop.__name__ for loop in loops if not loop.signatures] == []
 

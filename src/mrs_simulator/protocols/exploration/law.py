@@ -43,7 +43,7 @@ class Exploration(PioneerControl):
     def start(self):
         """Begin with nothing seen."""
         self._floor = self._seen = None
-        self._planned, self._goals, self._stamps = -PATIENCE, {}, {}
+        self._planned, self._goals, self._stamps, self._next = -PATIENCE, {}, {}, {}
 
     def calculateControlLaw(self, pos_map):
         """Return each robot's ``Twist``."""
@@ -71,22 +71,24 @@ class Exploration(PioneerControl):
         return floors.floor_of(self.obstacles, self.cell, self.room)
 
     def _look(self):
+        left = np.flatnonzero(self._floor.free & ~self._seen)
         for row, number in enumerate(self.numbers):
             scan = self.readings[number].laser
             if scan is not None and self._stamps.get(row) != scan.stamp:
                 self._stamps[row] = scan.stamp
-                self._seen |= floors.seen_by(self._floor, self._pose[row], scan)
+                shown = floors.seen_by(self._floor, self._pose[row], scan, left)
+                self._seen.ravel()[shown] = True
 
     def _plan(self, hand):
         """Choose each robot's cell and the ways to it."""
-        floor, cells = self._floor, list(zip(*self._floor.cells(hand)))
+        floor, cells = self._floor, [self._floor.cell(point) for point in hand]
         ways = [floors.ways(floor.open, floor.size, cell) for cell in cells]
         ways = np.array([floors.beside(way, floor.free, floor.size) for way in ways])
         for row, (goal, _) in list(self._goals.items()):
             if cells[row] == self._end(row) and not self._seen[goal]:
                 self._seen[goal] = True  # given up
         nearest = np.argmin(ways, axis=0)
-        self._goals = {}
+        self._goals, self._next = {}, {}
         for row in range(len(hand)):
             left = np.where(self._seen | ~floor.free, np.inf, ways[row])
             own = np.where(nearest == row, left, np.inf)
@@ -102,7 +104,7 @@ class Exploration(PioneerControl):
     def _open_to(self, row, hand):
         """Return the cells (a, b) bool that are open and not next to another robot."""
         away = (
-            self._floor.middles()[np.newaxis]
+            self._floor.middles[np.newaxis]
             - np.delete(hand, row, axis=0)[:, np.newaxis, np.newaxis]
         )
         return self._floor.open & (np.hypot(away[..., 0], away[..., 1]) > self.apart).all(axis=0)
@@ -129,10 +131,11 @@ class Exploration(PioneerControl):
         near = np.hypot(way[..., 0], way[..., 1]) < self.apart + self.cell
         heads = np.einsum("ijk,ik->ij", way, u) > 0.0
         meets = near & heads
-        after = np.tril(meets, -1)
-        # the lowest it waits for
-        first = np.where(after.any(axis=1), after.argmax(axis=1), len(hand))
-        behind = np.triu(meets, 1) & (first < np.arange(len(hand))[:, np.newaxis])
+        each = np.arange(len(hand))
+        own = each[:, np.newaxis]
+        after = meets & (each < own)
+        first = np.where(after, each, len(hand)).min(axis=1)  # the lowest it waits for
+        behind = meets & (each > own) & (first < own)
         return (after | behind).any(axis=1)
 
     def _towards(self, row, point):
@@ -140,10 +143,12 @@ class Exploration(PioneerControl):
         if row not in self._goals:
             return np.zeros(2)
         floor, (_, back) = self._floor, self._goals[row]
-        (cell,) = zip(*floor.cells(point[np.newaxis]))
-        then = floor.corner + floor.size * np.array(floors.downhill(back, cell, AHEAD))
-        way = then - point
-        far = np.hypot(*way)
+        cell = floor.cell(point)
+        if (row, cell) not in self._next:
+            then = np.array(floors.downhill(back, cell, AHEAD))
+            self._next[row, cell] = floor.corner + floor.size * then
+        way = self._next[row, cell] - point
+        far = np.hypot(way[0], way[1])
         return min(self.speed, far / self.period) / max(far, 1e-9) * way
 
     def published(self):
@@ -199,19 +204,17 @@ class Exploration(PioneerControl):
         """
         floor, scene = self.floor(), Scenery(self.team, self.obstacles)
         scanners = self._scanners()
-        begin = tuple(np.ravel(floor.cells(run.hand[0, :1])))
-        way = floors.ways(floor.open, floor.size, begin)
-        left = np.isfinite(floors.beside(way, floor.free, floor.size))
-        middles, total = floor.middles(), max(1, np.count_nonzero(left))
+        way = floors.ways(floor.open, floor.size, floor.cell(run.hand[0, 0]))
+        left = floor.middles[np.isfinite(floors.beside(way, floor.free, floor.size))]
+        total = max(1, len(left))
         steps = max(1, int(round(1.0 / (LOOKS * max(1e-9, run.time[1] - run.time[0])))))
         times, shares = run.time[::steps], []
         for time, pose in zip(times, run.pose[::steps]):
-            shapes = scene.at(State(time, pose, np.zeros_like(pose)))
-            for row, mount in enumerate(scanners):
-                places = np.argwhere(left)
-                shown = _in_sight(shapes, row, pose[row], mount, middles[left])
-                left[tuple(places[shown].T)] = False
-            shares.append(1.0 - np.count_nonzero(left) / total)
+            if len(left):
+                shapes = scene.at(State(time, pose, np.zeros_like(pose)))
+                for row, mount in enumerate(scanners):
+                    left = left[~_in_sight(shapes, row, pose[row], mount, left)]
+            shares.append(1.0 - len(left) / total)
         return times, np.array(shares)
 
     def _scanners(self):
@@ -241,13 +244,16 @@ def _in_sight(shapes, row, pose, mount, points):
     turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
     origin, numbers = pose[:2] + turn @ mount.place[:2], mount.settings
     way = points - origin
-    far = np.maximum(np.hypot(*way.T), 1e-9)
+    far = np.hypot(*way.T)
+    shown = far < numbers.most
+    way, far = way[shown], np.maximum(far[shown], 1e-9)
     bearing = wrap_angle(direction_of(way) - pose[2] - mount.place[3])
-    shown = (far < numbers.most) & (bearing >= numbers.first) & (bearing <= numbers.last)
-    if shown.any():
-        along = (way[shown] / far[shown, np.newaxis])[np.newaxis]
+    ahead = (bearing >= numbers.first) & (bearing <= numbers.last)
+    if ahead.any():
+        along = (way[ahead] / far[ahead, np.newaxis])[np.newaxis]
         rays = Rays(
             origin[np.newaxis, np.newaxis], along, np.array([mount.place[2]]), np.array([row])
         )
-        shown[shown] = cast(shapes, rays, numbers.most)[0] > far[shown]
+        ahead[ahead] = cast(shapes, rays, numbers.most)[0] > far[ahead]
+    shown[shown] = ahead
     return shown

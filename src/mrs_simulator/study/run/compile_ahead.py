@@ -12,6 +12,7 @@ import numpy as np
 from mrs_simulator.core.compiling import VARIABLE, chosen, is_chosen, is_wanted
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
+from mrs_simulator.protocols.exploration.equations import ways
 from mrs_simulator.record.compiled_rows import Filler
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path, shipped_scenarios
@@ -87,8 +88,10 @@ def _is_of_pybullet(scenario, team):
 
 def compile_loops():
     """Compile what runs come to use after a while: the loops of contacts, of rays, of wheels and rotors
-    with forces, and of text."""
+    with forces, of ways over a floor, and of text."""
     Filler([1], [""]).filled([0.0], np.zeros((1, 1, 7)))
+    with chosen("1"):
+        ways(np.ones((1, 1), dtype=bool), 1.0, (0, 0))
     for content in (TOUCHING, SENSING, ROLLING, AMONG_OTHERS, FLYING):
         _compile_run(content)
 
@@ -112,7 +115,7 @@ def _compile_run(content):
 @printing
 def main(argv=None):
     """Compile for the scenarios named, and print for which; by default for all that ship, and the loops of
-    contacts, of rays, of forces and of text.
+    contacts, of rays, of forces, of ways and of text.
 
     Exits with 2 without numba, where the environment forbids compiling, and for bad scenarios.
     """

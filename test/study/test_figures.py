@@ -1,22 +1,29 @@
 """The figures show the run's own numbers, in the paper's style, for one robot and for a hundred."""
 
+import io
 import os
+import re
 import stat
 import tracemalloc
+import zlib
 from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
 import pytest
+from fontTools import ttLib
+from matplotlib.backends import _backend_pdf_ps as fonts_of_pdf
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont
 from matplotlib.image import imread
 from matplotlib.ticker import LogLocator
+from PIL import Image
 
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.record.recording import Collision, Run
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
-from mrs_simulator.study.draw import canvas, curve_figures, figure_parts, plane_figure
+from mrs_simulator.study.draw import canvas, curve_figures, figure_parts, pdf_fonts, plane_figure
 from mrs_simulator.study.draw import figures as report
 from mrs_simulator.study.draw.style import FORMATS, LookError, look
 
@@ -71,6 +78,55 @@ def test_png_and_pdf_are_written_by_default(tmp_path):
     paths = report.figures(make_run(2), str(tmp_path / "made" / "here"))
     assert {os.path.splitext(path)[1] for path in paths} == {".png", ".pdf"}
     assert len(paths) == 8 and all(os.path.exists(path) for path in paths)
+
+
+@pytest.mark.parametrize("color, mode", [("white", "RGB"), ((1.0, 1.0, 1.0, 0.5), "RGBA")])
+def test_png_shows_what_matplotlib_would_write_with_alpha_only_where_it_is_needed(
+    tmp_path, color, mode
+):
+    figure = report.new_figure()
+    figure.subplots().plot([0.0, 3.0], [1.0, 2.0], color="C1", alpha=0.4)
+    figure.set_facecolor(color)
+    canvas.settle(figure)
+    path, expected = str(tmp_path / "a.png"), str(tmp_path / "b.png")
+    canvas.save(figure, path, "a stamp")
+    canvas.styled(figure.savefig)(expected, facecolor=color)
+    with Image.open(path) as image, Image.open(expected) as other:
+        assert image.mode == mode and np.ptp(np.asarray(image)[:, :, :3]) > 100
+        assert image.convert("RGBA").tobytes() == other.convert("RGBA").tobytes()
+        assert image.info == {**other.info, "Description": "a stamp"}
+
+
+def fonts_in(path):
+    """Return the font files in the PDF of ``path``, as bytes."""
+    streams = re.findall(rb"stream\n(.*?)\nendstream", content(path), re.DOTALL)
+    plain = (zlib.decompressobj().decompress(stream) for stream in streams)
+    return [font for font in plain if font.startswith(b"\0\1\0\0")]
+
+
+def test_pdfs_share_what_they_carry_of_fonts_and_lack_no_character(tmp_path):
+    """Whatever was drawn before, the same bytes; a sign of few figures is in the file that shows it."""
+    characters = ttLib.TTFont(findfont("STIXGeneral")).getBestCmap()
+
+    @canvas.styled
+    def drawn(name, text):
+        figure = report.new_figure()
+        figure.subplots().set_xlabel(text)
+        canvas.settle(figure)
+        return fonts_in(canvas.save(figure, str(tmp_path / name)))
+
+    cut = fonts_of_pdf.get_glyphs_subset
+    pdf_fonts._part.cache_clear()
+    rare = drawn("a.pdf", "Robot 1 \N{INFINITY}")
+    usual, other = drawn("b.pdf", "Robot 1 $x$"), drawn("c.pdf", "Robot 2 and 3")
+    assert fonts_of_pdf.get_glyphs_subset is cut  # as others find it
+    shown = [set(ttLib.TTFont(io.BytesIO(*fonts)).getBestCmap()) for fonts in (rare, other)]
+    assert {ord("\N{INFINITY}")} == shown[0] - shown[1] and shown[1] < set(characters)
+    if not hasattr(fonts_of_pdf, "font_as_file"):
+        assert usual[:1] == other and pdf_fonts._part.cache_info().misses == 3
+    pdf_fonts._part.cache_clear()
+    assert drawn("d.pdf", "Robot 2 and 3") == other
+    assert content(tmp_path / "d.pdf") == content(tmp_path / "c.pdf")
 
 
 def test_pdf_embeds_its_fonts_as_outlines_that_journals_accept(tmp_path):

@@ -11,18 +11,20 @@ import threading
 import zlib
 
 import matplotlib
+import numpy as np
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from mrs_simulator.core.writing import write_bytes
+from mrs_simulator.study.draw import pdf_fonts
 from mrs_simulator.study.draw.style import WIDTHS
 
 # Saved files carry no date, so that the same run gives the same bytes.
 METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
-# Drawings repeat pixels: to look for longer repetitions takes twice as long and saves 4 %.
-MANNER = {"png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}}}
+SOFTWARE = "Matplotlib version{}, https://matplotlib.org/".format(matplotlib.__version__)
+OPAQUE = 255, 255  # [-] least and largest alpha
 STAMPED = {"png": "Description", "pdf": "Subject", "svg": "Description"}  # what a file carries
 
 WIDTH = WIDTHS["page"]  # [in]
@@ -158,7 +160,29 @@ def print_settled(figure, image, kind, metadata=None):
         figure.dpi = matplotlib.rcParams["savefig.dpi"]
         printing = get_registered_canvas_class(kind)(figure)
         metadata = metadata or METADATA.get(kind)
-        getattr(printing, "print_" + kind)(image, metadata=metadata, **MANNER.get(kind, {}))
+        if kind == "png":
+            _print_png(printing, image, {"Software": SOFTWARE, **metadata})
+            return
+        with pdf_fonts.shared() if kind == "pdf" else contextlib.nullcontext():
+            getattr(printing, "print_" + kind)(image, metadata=metadata)
     finally:
         figure.dpi = dpi
         figure.set_canvas(canvas)
+
+
+def _print_png(canvas, image, metadata):
+    """Write what ``canvas`` draws to ``image``, without the fourth channel where all is opaque.
+
+    Drawings repeat pixels: to look for longer repetitions takes twice as long and saves 4 %.
+    """
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    canvas.draw()
+    pixels = Image.fromarray(np.asarray(canvas.buffer_rgba()))
+    if pixels.getchannel("A").getextrema() == OPAQUE:
+        pixels = pixels.convert("RGB")
+    carried, dpi = PngInfo(), canvas.figure.dpi
+    for name, text in metadata.items():
+        carried.add_text(name, text)
+    pixels.save(image, "png", compress_type=zlib.Z_RLE, dpi=(dpi, dpi), pnginfo=carried)

@@ -148,6 +148,12 @@ def test_samples_need_not_be_evenly_apart():
         ("1 > 2", "no signal is compared", 0),
         ("distance > reached", "one of each robot", 11),
         ("each robot(each pair(distance > 0))", "wanted one of them", 16),
+        ("some pair(x > 0 or reached < 1)", "within `some pair`: wanted a signal of each pair", 19),
+        (
+            "each pair(always(distance > 1 or abs(reached) < 1))",
+            "`reached` is one of each robot",
+            33,
+        ),
         ("always[0.2, 0.4] x > 0", "no sample lies within", 6),
         ("alwyas(x > 1)", "operator: unknown 'alwyas'; did you mean 'always'?", 0),
         ("not (eventualy[0, 2] x > 1)", "did you mean 'eventually'?", 5),

@@ -132,23 +132,39 @@ def check(formula, text, signals):
 
     ``signals``: by name, with a ``unit`` and a ``domain``; values are not needed.
     """
-    _check_quantifiers(formula, text, None)
-    return {each: _unit_of(each, text, signals) for each in predicates(formula)}
+    units = {each: _unit_of(each, text, signals) for each in predicates(formula)}
+    _check_quantifiers(formula, text, signals, None)
+    return units
 
 
-def _check_quantifiers(formula, text, domain):
-    inner = domain
+def _check_quantifiers(formula, text, signals, outer):
+    """Refuse `each` and `some` within ``outer``, one of them, and signals that its members do not have."""
+    if isinstance(formula, Predicate):
+        return _check_domain(formula, text, signals, outer)
+    inner = outer
     if isinstance(formula, (Each, Some)):
-        if domain is not None:
+        if outer is not None:
             message = (
                 "`each` and `some` within `each {0}` or `some {0}`: wanted one of them".format(
-                    domain
+                    outer.domain
                 )
             )
             raise FormulaError(message, text, max(0, text.rfind(formula.domain)))
-        inner = formula.domain
+        inner = formula
     for child in children(formula):
-        _check_quantifiers(child, text, inner)
+        _check_quantifiers(child, text, signals, inner)
+
+
+def _check_domain(predicate, text, signals, outer):
+    for term in predicate.terms if outer is not None else ():
+        domain = None if term.signal is None else signals[term.signal].domain
+        if domain not in (None, outer.domain):
+            within = "{} {}".format("each" if isinstance(outer, Each) else "some", outer.domain)
+            message = (
+                "`{}` is one of each {}, within `{}`: wanted a signal of each {}, or of the team"
+            )
+            message = message.format(term.signal, domain, within, outer.domain)
+            raise FormulaError(message, text, term.position)
 
 
 def _unit_of(predicate, text, signals):

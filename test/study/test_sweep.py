@@ -619,6 +619,17 @@ def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
         run_sweep(make_runs(FOUR, TINY), str(tmp_path), scheduler="tcp://127.0.0.1:9")
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_what_runs_report_is_written_once_with_how_many_they_are(tmp_path, capfd):
+    given = {"fidelity": "kinematic", "duration": 20.0}
+    rates = ("control.rate", [10.0, 20.0])
+    runs = make_runs(scenario_path("consensus"), [("seed", [0, 1]), rates], given)
+    run_sweep(runs, str(tmp_path), jobs=2)
+    said = capfd.readouterr().err
+    assert said.count("theory leads the points of") == 1
+    assert said.rstrip().endswith("(4 of 4 runs)")
+
+
 def test_the_command(tmp_path, capsys):
     arguments = [FOUR, "--out", str(tmp_path), "--sweep", "seed=0..1", "--sweep", "duration=1"]
     with pytest.raises(SystemExit) as ended:

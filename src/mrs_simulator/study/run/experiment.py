@@ -3,6 +3,7 @@
 import contextlib
 import os
 import sys
+import threading
 import time
 
 import numpy as np
@@ -479,9 +480,25 @@ def facts_of(experiment, recorder, sensors, ended):
     return facts
 
 
+_thread = threading.local()
+
+
+@contextlib.contextmanager
+def reports_kept():
+    """Give the list of the texts that runs of this thread report meanwhile; they are not written."""
+    before, _thread.reports = getattr(_thread, "reports", None), []
+    try:
+        yield _thread.reports
+    finally:
+        _thread.reports = before
+
+
 def _report(text):
-    # At once, since runs of a sweep write beside each other.
-    sys.stderr.write("experiment: {}\n".format(text))
+    kept = getattr(_thread, "reports", None)
+    if kept is not None:
+        kept.append(text)
+    else:  # at once, since runs of a sweep write beside each other
+        sys.stderr.write("experiment: {}\n".format(text))
 
 
 def _finish(recording, scenario, progress):

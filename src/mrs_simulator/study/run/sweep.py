@@ -19,7 +19,7 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.reading import ScenarioError, UnknownKey, load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict, scenario_of_file
 from mrs_simulator.study.draw.style import can_draw
-from mrs_simulator.study.run.experiment import run_experiment, steps_of
+from mrs_simulator.study.run.experiment import reports_kept, run_experiment, steps_of
 from mrs_simulator.study.run.run_keys import forget, run_key
 from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
 from mrs_simulator.study.search.assurance import interval
@@ -395,7 +395,7 @@ def _are_many(runs):
 
 def _run_all(runs, out, table, jobs, scheduler, progress, many):
     """Run ``runs``, write ``table`` and return the verdicts; ``many``: whether they are compiled."""
-    verdicts, due, rows = [None] * len(runs), 0.0, {}
+    verdicts, due, rows, said = [None] * len(runs), 0.0, {}, Counter()
     for row, (name, _, _) in enumerate(runs):
         rows.setdefault(name, []).append(row)  # runs alike are one
     alike = list(rows.values())
@@ -403,7 +403,10 @@ def _run_all(runs, out, table, jobs, scheduler, progress, many):
     run = _guarded_run
     done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
     try:
-        for row, verdict in _with_progress(done, len(tasks), progress):
+        for row, ended in _with_progress(done, len(tasks), progress):
+            # Of one whose process died there is the verdict alone.
+            verdict, reports = ended if isinstance(ended, tuple) else (ended, ())
+            said.update(dict.fromkeys(reports, len(alike[row])))
             for each in alike[row]:
                 verdicts[each] = verdict
             if time.monotonic() >= due:  # it grows as runs end
@@ -412,15 +415,26 @@ def _run_all(runs, out, table, jobs, scheduler, progress, many):
     finally:  # so that an interruption loses nothing
         if any(verdicts):
             _write_table(runs, verdicts, out, table)
+        _tell_reports(said, len(runs))
     return verdicts
 
 
 def _guarded_run(scenario, out, many):
-    try:
-        with compiling.of_many(many):
-            return run_one(scenario, out)
-    except Exception as error:  # a law of one's own may raise anything; the other runs go on
-        return failed(named(error))
+    """Return the verdict on the run, and what it reported, a list of texts."""
+    with reports_kept() as reports:
+        try:
+            with compiling.of_many(many):
+                return run_one(scenario, out), reports
+        except Exception as error:  # a law of one's own may raise anything; the other runs go on
+            return failed(named(error)), reports
+
+
+def _tell_reports(said, total):
+    """Write to stderr what runs reported, each text once, with how many of the ``total`` did."""
+    for text, count in said.most_common(SHOWN):
+        print("experiment: {} ({} of {} runs)".format(text, count, total), file=sys.stderr)
+    if len(said) > SHOWN:
+        print("experiment: {} others".format(len(said) - SHOWN), file=sys.stderr)
 
 
 def _with_progress(done, total, wanted):

@@ -21,7 +21,7 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.results.provenance import read_provenance
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.results.reproduce import SAME, reproduce
-from mrs_simulator.study.run import run_keys, sweep, workers
+from mrs_simulator.study.run import command, run_keys, sweep, workers
 from mrs_simulator.study.run.command import main, sweep_main
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.run_keys import law_files
@@ -617,6 +617,29 @@ def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr("mrs_simulator.study.run.workers.CONNECT_LIMIT", 0.5)
     with pytest.raises(SweepError, match="--scheduler tcp://127.0.0.1:9: .*"):
         run_sweep(make_runs(FOUR, TINY), str(tmp_path), scheduler="tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["{}", "--out", "{}", "seed=0..1", "duration=1,2"],
+        ["{}", "seed=0..1", "--out", "{}", "--vary", "duration=1,2"],
+        ["--vary", "seed=0..1", "{}", "--vary=duration=1,2", "--out", "{}"],
+    ],
+)
+def test_what_varies_is_an_argument_or_an_option(words, tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(command, "_sweep", lambda arguments: asked.append(arguments.sweep))
+    paths = iter([FOUR, str(tmp_path)])
+    with pytest.raises(SystemExit):
+        sweep_main([next(paths) if word == "{}" else word for word in words])
+    assert asked == [["seed=0..1", "duration=1,2"]]
+
+
+def test_a_sweep_of_nothing_is_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        sweep_main([FOUR, "--out", str(tmp_path)])
+    assert ended.value.code == 2 and "nothing varies: wanted KEY=VALUES" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -213,14 +213,18 @@ def _sweep_arguments(argv):
         "sweep.csv and its figures.",
     )
     _add_scenario(parser)
+    text = "control.parameters.k=0.01,0.02, seed=0..9 or control.parameters.tau=0.1..1.0/10"
+    parser.add_argument("sweep", nargs="*", metavar="KEY=VALUES", help=text)
     parser.add_argument(
-        "sweep",
-        nargs="+",
-        metavar="KEY=VALUES",
-        help="control.parameters.k=0.01,0.02, seed=0..9 or control.parameters.tau=0.1..1.0/10",
+        "--vary", action="append", default=[], metavar="KEY=VALUES", help="the same, as an option"
     )
     _add_workers(parser)
-    return parser.parse_args(argv)
+    # Values may stand anywhere between options.
+    arguments = parser.parse_intermixed_args(argv)
+    arguments.sweep += arguments.vary
+    if not arguments.sweep:
+        parser.error("nothing varies: wanted KEY=VALUES or --vary KEY=VALUES")
+    return arguments
 
 
 def _add_scenario(parser):

@@ -40,6 +40,16 @@ def test_a_threshold_of_the_page_lies_where_the_page_says(name):
         assert try_variation(content, path, {maker.DELAY: value}).is_broken is broken
 
 
+@pytest.mark.parametrize("name, acting", [("trajectory", False), ("consensus", True)])
+def test_a_page_says_nothing_of_lost_messages_where_none_is_used(name, acting):
+    content, path = maker.content_of(maker.conditions(name))
+    content = {**content, "duration": 2.0}
+    nominal = maker.played(maker.scenario_of_file(content, path))[0].pose
+    loss = next(each for each in maker.results()[name]["axes"] if each["key"] == maker.LOSS)
+    assert loss["acts"] is maker.acts(loss, content, path, nominal) is acting
+    assert ("of the messages lost" in maker.section(name)) is acting
+
+
 @pytest.mark.parametrize(
     "pair, said",
     [

@@ -12,10 +12,9 @@ from mrs_simulator.control.positions import Position, RaisedPosition
 from mrs_simulator.control.twists import check_finite, commands_of
 from mrs_simulator.control.velocities import neighbours_of, own_velocity, team_velocities, turned_by
 from mrs_simulator.core.garbage import collected_later
-from mrs_simulator.core.kinematics import are_within
+from mrs_simulator.core.kinematics import FASTEST, are_within
 from mrs_simulator.sensors.readings import readings_by_number
 
-FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
 FEW = 200  # [-] robots among whose positions and Twists garbage may be looked for
 
 

@@ -30,6 +30,7 @@ HAND_LENGTH = Parameter(
 )
 
 
+FASTEST = 1e12  # [m/s, rad/s] of a wanted velocity: a greater one is mapped with care
 ONE_THREAD = 10000  # [-] numbers up to which linear algebra starts no threads
 # [rad] changes no turn that is one; sin(TINY_ANGLE)/TINY_ANGLE is 1, where sin(0)/0 is no number.
 TINY_ANGLE = 1.2345678e-300

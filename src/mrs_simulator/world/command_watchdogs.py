@@ -9,7 +9,7 @@ from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.part import Part
 
 EVERY = slice(None)  # the rows of all robots
-FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
+LARGEST_COMMAND = 1e12  # [m/s, rad/s]: far beyond it poses would not be numbers for long
 AT_REST = [0.0, 0.0, np.nan, np.nan]  # efforts of thrusters that a watchdog has stopped
 
 
@@ -49,14 +49,14 @@ class Commands(Part):
     def set(self, rows, commands):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
 
-        One that is not finite, or beyond ``FASTEST``, is refused and counted in ``refused``.
+        One that is not finite, or beyond ``LARGEST_COMMAND``, is refused and counted in ``refused``.
         Return whether none was.
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        fit = are_within(commands, FASTEST)
+        fit = are_within(commands, LARGEST_COMMAND)
         if not fit:
-            finite = (np.abs(commands) <= FASTEST).all(axis=1)
+            finite = (np.abs(commands) <= LARGEST_COMMAND).all(axis=1)
             rows = np.arange(self._team.n)[rows]
             np.add.at(self.refused, rows[~finite], 1)
             rows, commands = rows[finite], commands[finite]
@@ -93,7 +93,7 @@ class Commands(Part):
     def set_arm_rates(self, row, rates):
         """Let the arm of robot ``row`` turn at ``rates`` (k,) [rad/s], whatever its base does."""
         rates = np.asarray(rates, dtype=float)
-        if np.abs(rates).max() <= FASTEST:  # nor is nan
+        if np.abs(rates).max() <= LARGEST_COMMAND:  # nor is nan
             self.target[row, -len(rates) :] = rates
 
     def stop(self, rows):

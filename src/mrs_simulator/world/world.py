@@ -236,7 +236,7 @@ class World:
     def set_commands(self, rows, commands):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
 
-        One that is not finite, or beyond ``command_watchdogs.FASTEST``, is refused, and counted in
+        One that is not finite, or beyond ``command_watchdogs.LARGEST_COMMAND``, is refused, and counted in
         ``refused``; that robot keeps its last command until its own watchdog stops it.  Return whether
         none was.
         """

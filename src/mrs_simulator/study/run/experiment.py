@@ -35,7 +35,7 @@ from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
-from mrs_simulator.world.command_watchdogs import FASTEST
+from mrs_simulator.world.command_watchdogs import LARGEST_COMMAND
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -315,7 +315,7 @@ class Experiment:
         self.halt()
         row = int(np.abs(command).max(axis=1).argmax())
         text = "at {:.3f} s robot{} was commanded {:.3g}, wanted at most {:g}: the team is driven apart"
-        values = self.world.time, row + 1, np.abs(command[row]).max(), FASTEST
+        values = self.world.time, row + 1, np.abs(command[row]).max(), LARGEST_COMMAND
         raise LawFailed(text.format(*values))
 
     def state(self, pose, command):

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import kept as kept_kernel
+from mrs_simulator.core.kinematics import FASTEST
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
 from mrs_simulator.sensors.state import State
 from mrs_simulator.world.contact.bodies import ROUNDING
@@ -21,7 +22,7 @@ from mrs_simulator.world.contact.compiled_contacts import STALE as LIST_IS_STALE
 from mrs_simulator.world.contact.contact_arrays import begun_at
 from mrs_simulator.world.contact.contacts import FORGET
 from mrs_simulator.world.motion.crowd_steps import step_all
-from mrs_simulator.world.motion.stretch_parts import FASTEST, copy, keep
+from mrs_simulator.world.motion.stretch_parts import copy, keep
 from mrs_simulator.world.motion.stretches import SCOPES
 
 FEW = 5  # [-] steps for which it does not pay to begin

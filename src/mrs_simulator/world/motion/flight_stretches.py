@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.compiled_terms import kept as kept_kernel
+from mrs_simulator.core.kinematics import FASTEST
 from mrs_simulator.vehicles.drives.compiled_flight import (
     aim,
     compiled_loops,
@@ -19,7 +20,7 @@ from mrs_simulator.vehicles.drives.compiled_flight import (
     plain_loops,
     settle,
 )
-from mrs_simulator.world.motion.stretch_parts import FASTEST, copy, keep, saturate
+from mrs_simulator.world.motion.stretch_parts import copy, keep, saturate
 from mrs_simulator.world.motion.stretches import DONE, FAR, NEAR, ODD, STALE
 
 TURN = 2.0 * math.pi

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import FASTEST
 from mrs_simulator.scenario.team.robots import FARTHEST
 
 PI, TURN = np.pi, 2.0 * np.pi
-FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
 SMALL = 0.1  # [rad], for which five terms of a series are exact
 UNLISTED = -1.0  # of room: pairs are to be listed anew
 

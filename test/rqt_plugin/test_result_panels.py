@@ -11,7 +11,7 @@ from gui_tables import judged_row, rows_of
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QAbstractSlider, QApplication
 
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.run.preflight_run import Finding, PreflightRun
@@ -88,6 +88,27 @@ def test_requirements_are_rows_behind_the_checks(verdict):
     assert "by robot1 and robot2 at 1.00 s" in row["remark"]
     assert judged_row(verdict, "slow")["result"] == "FAILED"
     assert "4 passed" not in verdict.title.message and "3 passed, 2 failed" in verdict.title.message
+
+
+def test_the_first_row_that_failed_is_in_view_however_many_passed(verdict):
+    table, passed = (
+        verdict.table,
+        [check("gap {} [m]".format(n), 2.0, 2.0, True) for n in range(60)],
+    )
+    wrong = dict(check("collisions", 0, 1, False), question="robots")
+    verdict.set_verdict({**VERDICT, "checks": [*passed, wrong, dict(wrong, name="ended")]})
+    (row,) = (row for row in range(table.rowCount()) if table.text(row, 1) == "collisions")
+    area = table.viewport().rect()
+    assert row == 60 and area.contains(table.visualItemRect(table.item(row, 1)).center())
+    verdict.resize(SIZE[0], SIZE[1] // 2)
+    APP.processEvents()
+    assert table.viewport().rect().contains(table.visualItemRect(table.item(60, 1)).center())
+    table.verticalScrollBar().triggerAction(QAbstractSlider.SliderToMinimum)
+    verdict.resize(*SIZE)
+    APP.processEvents()
+    assert area.contains(table.visualItemRect(table.item(0, 1)).center())
+    verdict.set_verdict({**VERDICT, "checks": passed})
+    assert area.contains(table.visualItemRect(table.item(0, 1)).center())
 
 
 def test_a_run_that_goes_on_shows_how_claims_stand_and_with_what_margin(verdict):

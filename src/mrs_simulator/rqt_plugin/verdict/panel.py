@@ -136,6 +136,8 @@ class VerdictPanel(QWidget):
         reason = [verdict["reason"]] if verdict.get("reason") else []
         self._say("{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]])
         self._show_rows(checks, [WORDS[check["passed"]] for check in checks])
+        failed = [row for row, check in enumerate(checks) if check["passed"] is False]
+        self.table.keep_in_view(failed[0] if failed else 0)
         self.more.say(_more(verdict))
         self._head(TITLES[outcome])
 

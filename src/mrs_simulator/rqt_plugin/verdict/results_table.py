@@ -24,7 +24,8 @@ class ResultsTable(QTableWidget):
         """``headers``: ``(name, tooltip)`` of each column; the column ``widest`` takes the room left."""
         super().__init__(0, len(headers), parent)
         self._headers, self._widest = tuple(name for name, _ in headers), widest
-        self._tints = []
+        self._tints, self._in_view = [], None  # the row that stays in view until somebody scrolls
+        self.verticalScrollBar().actionTriggered.connect(self._on_scroll)
         self.setHorizontalHeaderLabels(self._headers)
         for column, (_, tip) in enumerate(headers):
             self.horizontalHeaderItem(column).setToolTip(tip)
@@ -52,6 +53,7 @@ class ResultsTable(QTableWidget):
     def set_rows(self, rows, tips=(), tints=()):
         """Show ``rows`` of texts; ``tips`` of the rows; ``tints``: ``(row, column, kind of note)``."""
         self.setRowCount(len(rows))
+        self._in_view = None
         tips = list(tips) or ["\n".join(filter(None, cells)) for cells in rows]
         for row, (cells, tip) in enumerate(zip(rows, tips)):
             for column, text in enumerate(cells):
@@ -61,6 +63,19 @@ class ResultsTable(QTableWidget):
         self._tints = list(tints)
         self._paint_tints()
         self._fit_columns()
+
+    def keep_in_view(self, row):
+        """Scroll to ``row``, and again where the table is laid out anew, until somebody scrolls."""
+        self._in_view = row
+        self._scroll()
+
+    def _on_scroll(self, *_):
+        self._in_view = None
+
+    def _scroll(self):
+        if self._in_view is not None:
+            self.doItemsLayout()  # else rows set just now are not within reach
+            self.scrollTo(self.model().index(self._in_view, 0))
 
     def change_texts(self, rows, tips):
         """Show other texts in the same cells, whose columns grow only where a text needs it."""
@@ -129,3 +144,4 @@ class ResultsTable(QTableWidget):
         """Let the columns share the new width."""
         super().resizeEvent(event)
         self._fit_columns()
+        self._scroll()

@@ -81,6 +81,8 @@ class Field(NamedTuple):
 
     def default_text(self):
         """Return the default in words, with its unit, in Markdown."""
+        if self.rule == REQUIRED and self.unit:
+            return "{}, in {}".format(self.rule, self.unit)
         if self.rule or self.default in (None, "", (), {}):
             return self.rule or "none"
         value = "{:g}".format(self.default) if self.kind == NUMBER else str(self.default)

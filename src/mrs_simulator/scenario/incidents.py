@@ -4,10 +4,11 @@ A scenario's ``events`` schedule faults and pushes.  ``Incident``s are what the 
 injected, and what it detects; neither ends a run.
 """
 
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import Section, unwanted
+from mrs_simulator.core.fields import NUMBER, NUMBERS, REQUIRED, TEXT, WHOLE, Field
+from mrs_simulator.scenario.reading import Section, record, unwanted, written
 
 ROTORS = 4
 LOST, OFF, PUSHED = "rotor_lost", "motors_off", "pushed"
@@ -30,19 +31,59 @@ DESCRIPTIONS = {
 }
 
 
-class Event(NamedTuple):
-    """A scheduled fault, or push, of a robot."""
+def _read_robot(section, others):
+    return section.field(Field("robot", low=1, high=section.n, type=WHOLE, rule=REQUIRED))
 
-    at: float  # [s] of simulated time since the start or the last reset
-    robot: int  # number
-    event: str  # one of ``EVENTS``
-    rotor: Optional[int] = None  # number of the one that is lost, 1: front right, then clockwise
-    by: Optional[Tuple[float, float]] = None  # [m] in the common frame, of a push
+
+def _read_push(section, others):
+    by = section.field(Field("by", type=NUMBERS, sizes=(2,), rule=REQUIRED))
+    if max(map(abs, by)) > FARTHEST_PUSH:
+        raise unwanted(section.at("by"), list(by), "[x, y] of at most {:g} m".format(FARTHEST_PUSH))
+    return by
+
+
+NAME = Field(
+    "event", choices=EVENTS, type=TEXT, rule=REQUIRED, meaning="`{}`, `{}` or `{}`".format(*EVENTS)
+)
+ALWAYS = (
+    Field(
+        "at",
+        unit="s",
+        low=0.0,
+        type=NUMBER,
+        rule=REQUIRED,
+        meaning="from the beginning, or from the last reset",
+    ),
+    Field("robot", read=_read_robot, rule=REQUIRED, meaning="its number"),
+    NAME,
+)
+ROTOR = Field(
+    "rotor",
+    low=1,
+    high=ROTORS,
+    type=WHOLE,
+    rule=REQUIRED,
+    meaning="of `{}`: 1 is front right, then clockwise".format(LOST),
+)
+PUSH = Field(
+    "by",
+    unit="m",
+    read=_read_push,
+    rule=REQUIRED,
+    meaning="of `{}`: along x and y of the common frame".format(PUSHED),
+)
+MORE = {LOST: (ROTOR,), PUSHED: (PUSH,)}  # of some events
+EVENT = (*ALWAYS, ROTOR, PUSH)
+
+
+class Event(record("Event", EVENT)):
+    """A scheduled fault, or push, of a robot: the values of ``EVENT``, None of what it has not."""
+
+    __slots__ = ()
 
     def to_plain(self):
         """Return the mapping that a scenario holds."""
-        known = {key: value for key, value in self._asdict().items() if value is not None}
-        return known if self.by is None else dict(known, by=list(self.by))
+        return written(self, EVENT)
 
 
 class Incident(NamedTuple):
@@ -64,23 +105,10 @@ class Incident(NamedTuple):
 def read_events(top, n):
     """Return the ``events`` of a scenario with n robots, a tuple in the order of their times."""
     items = top.items("events", "a list of {at, robot, event}")
-    events = [_read_event(Section(item, where), n) for where, item in items]
+    events = [_read_event(Section(item, where, n)) for where, item in items]
     return tuple(sorted(events, key=lambda event: event.at))
 
 
-def _read_event(section, n):
-    event = section.text("event", choices=EVENTS)
-    rotor = section.whole("rotor", low=1, high=ROTORS) if event == LOST else None
-    by = _read_push(section) if event == PUSHED else None
-    result = Event(
-        section.number("at", low=0.0), section.whole("robot", low=1, high=n), event, rotor, by
-    )
-    section.done()
-    return result
-
-
-def _read_push(section):
-    by = tuple(section.numbers("by", 2))
-    if max(map(abs, by)) > FARTHEST_PUSH:
-        raise unwanted(section.at("by"), list(by), "[x, y] of at most {:g} m".format(FARTHEST_PUSH))
-    return by
+def _read_event(section):
+    more = MORE.get(section.field(NAME), ())
+    return Event(**section.values(ALWAYS + more))

@@ -4,12 +4,19 @@ import math
 
 from mrs_simulator.core.fields import NAMES, NUMBER, POSITIVE, REQUIRED, Field
 from mrs_simulator.scenario.control import CONTROL, Control, read_control
-from mrs_simulator.scenario.incidents import read_events
-from mrs_simulator.scenario.network.links import NO_FAULTS, read_links
+from mrs_simulator.scenario.incidents import EVENT, read_events
+from mrs_simulator.scenario.network.links import LINKS, NO_FAULTS, SWITCHING, read_links
 from mrs_simulator.scenario.network.topology import read_topology
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.requirements import read_requirements
-from mrs_simulator.scenario.search import NO_SEARCH, read_search
+from mrs_simulator.scenario.search import (
+    DEAD_ROBOTS,
+    EDGE_RANGE,
+    NO_SEARCH,
+    POSE_RANGE,
+    PUSH_RANGE,
+    read_search,
+)
 from mrs_simulator.scenario.surroundings.environment import CALM, read_environment
 from mrs_simulator.scenario.surroundings.maps import read_map
 from mrs_simulator.scenario.surroundings.obstacle_reading import obstacle_to_plain, read_obstacles
@@ -265,10 +272,28 @@ KEYS = (
     ),
 )
 
+# By the key that holds them: what their keys are under, and these.
+NESTED = {
+    "links": (("", LINKS), ("switching.", SWITCHING)),
+    "events": (("", EVENT),),
+    "search": (
+        ("poses.", POSE_RANGE),
+        ("edges.", EDGE_RANGE),
+        ("", (DEAD_ROBOTS,)),
+        ("pushes.", PUSH_RANGE),
+    ),
+}
+HEAD = ["| key | default | |", "|---|---|---|"]
+
+
+def nested_table(key):
+    """Return the table of the keys under ``key``, one of ``NESTED``, in Markdown."""
+    return "\n".join(HEAD + [each.row(before) for before, own in NESTED[key] for each in own])
+
 
 def table():
     """Return the table of all keys in Markdown."""
-    rows = ["| key | default | |", "|---|---|---|"]
+    rows = list(HEAD)
     for field in TEAM + KEYS:
         is_control = field.name == "control"
         rows += [each.row("control.") for each in CONTROL] if is_control else [field.row()]

@@ -164,15 +164,15 @@ class Section:
         if not isinstance(content, dict):
             raise unwanted(where, content, "a mapping")
         self._content = content
-        self._where = where
+        self.where = where
         self._read = []
         self.n = n
 
     def at(self, key):
         """Return where ``key`` is, for an error message."""
-        if ": " not in self._where:
-            return "{}: {}".format(self._where, key)
-        return "{}.{}".format(self._where, key)
+        if ": " not in self.where:
+            return "{}: {}".format(self.where, key)
+        return "{}.{}".format(self.where, key)
 
     def take(self, key, default=None):
         """Return the raw value of ``key``."""
@@ -191,10 +191,14 @@ class Section:
             return field.default
         return fitting(field, value, self.at(field.name), self.n)
 
-    def values(self, fields, **found):
-        """Return the values of all of ``fields``, by name, and those ``found``; other keys are refused."""
+    def values(self, fields, others=None, **found):
+        """Return the values of all of ``fields``, by name, and those ``found``; other keys are refused.
+
+        ``others``: what fields are read by, too, and is not returned.
+        """
         for field in fields:
-            found[field.name] = field.read(self, found) if field.read else self.field(field)
+            known = {**others, **found} if others else found
+            found[field.name] = field.read(self, known) if field.read else self.field(field)
         self.done()
         return found
 
@@ -232,7 +236,7 @@ class Section:
         """Refuse keys that were not read; the error names the nearest known one."""
         for key in self._content:
             if key not in self._read:
-                raise UnknownKey(unknown_name(self._where, key, self._read))
+                raise UnknownKey(unknown_name(self.where, key, self._read))
 
 
 def fitting(field, value, where, n=None):

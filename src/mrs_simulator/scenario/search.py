@@ -16,12 +16,13 @@ import math
 from typing import Any, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import NUMBER, NUMBERS, POSITIVE, REQUIRED, Field
 from mrs_simulator.scenario.incidents import FARTHEST_PUSH
 from mrs_simulator.scenario.reading import (
     ScenarioError,
     Section,
     number,
-    number_list,
+    record,
     shown,
     unwanted,
 )
@@ -32,27 +33,78 @@ MOST_EDITS = 20
 MOST_RANGES = 100
 
 
-class PoseRange(NamedTuple):
+def _read_box(section, others):
+    box = section.field(WITHIN)
+    if not (box[0] < box[2] and box[1] < box[3]):
+        raise unwanted(section.at("within"), list(box), "x_min, y_min, x_max, y_max")
+    return box
+
+
+WITHIN = Field(
+    "within",
+    unit="m",
+    type=NUMBERS,
+    sizes=(4,),
+    rule=REQUIRED,
+    meaning="`[x_min, y_min, x_max, y_max]` of the box in which robots begin",
+)
+POSE_RANGE = (
+    WITHIN._replace(read=_read_box),
+    Field("apart", 0.0, "m", low=0.0, meaning="least distance of two centres"),
+    Field(
+        "headings",
+        (-math.pi, math.pi),
+        "rad",
+        type=NUMBERS,
+        sizes=(2,),
+        rule="any",
+        meaning="`[from, to]` of their headings",
+    ),
+)
+EDGE_RANGE = (
+    Field(
+        "cut",
+        0,
+        low=0,
+        high=MOST_EDITS,
+        meaning="edges of the topology that are left out, at most so many",
+    ),
+    Field("add", 0, low=0, high=MOST_EDITS, meaning="edges that are added to it, at most so many"),
+)
+PUSH_RANGE = (
+    Field("most", 1, low=1, high=MOST_EDITS, meaning="pushes, at most so many"),
+    Field(
+        "within",
+        unit="m",
+        **POSITIVE,
+        high=FARTHEST_PUSH,
+        type=NUMBER,
+        rule=REQUIRED,
+        meaning="by how much along x and y, at most",
+    ),
+    Field("until", unit="s", **POSITIVE, type=NUMBER, rule=REQUIRED, meaning="when, at the latest"),
+)
+DEAD_ROBOTS = Field(
+    DEAD, 0, low=0, high=MOST_EDITS, meaning="robots that never move, at most so many"
+)
+
+
+class PoseRange(record("PoseRange", POSE_RANGE)):
     """Poses in the box ``within``, their centres at least ``apart`` [m], headings in ``headings`` [rad]."""
 
-    within: Tuple[float, float, float, float]  # x_min, y_min, x_max, y_max [m]
-    apart: float = 0.0
-    headings: Tuple[float, float] = (-math.pi, math.pi)
+    __slots__ = ()
 
 
-class EdgeRange(NamedTuple):
+class EdgeRange(record("EdgeRange", EDGE_RANGE)):
     """How many edges of the topology may be ``cut``, and how many others ``add``ed, at most."""
 
-    cut: int = 0
-    add: int = 0
+    __slots__ = ()
 
 
-class PushRange(NamedTuple):
+class PushRange(record("PushRange", PUSH_RANGE)):
     """At most so many pushes, each by up to ``within`` [m] along x and y, ``until`` [s] at the latest."""
 
-    most: int = 1
-    within: float = 0.5
-    until: float = 10.0
+    __slots__ = ()
 
 
 class Range(NamedTuple):
@@ -110,15 +162,18 @@ def search_from(given, where):
     """Return the ``Search`` in the mapping ``given``; ``where`` names it in errors."""
     if not isinstance(given, dict) or len(given) > MOST_RANGES:
         raise unwanted(where, given, "a mapping of ranges by key")
-    poses = _poses(given[POSES], "{}.{}".format(where, POSES)) if POSES in given else None
+    section = Section(given, where)
+    poses = _within(section, POSES, PoseRange, POSE_RANGE)
     ranges = [
         _range(key, value, "{}.{}".format(where, key))
         for key, value in given.items()
         if key not in (POSES, EDGES, DEAD, PUSHES)
     ]
-    edges = _edges(given[EDGES], "{}.{}".format(where, EDGES)) if EDGES in given else None
-    dead = Section(given, where).whole(DEAD, 0, low=0, high=MOST_EDITS) if DEAD in given else 0
-    pushes = _pushes(given[PUSHES], "{}.{}".format(where, PUSHES)) if PUSHES in given else None
+    edges = _within(section, EDGES, EdgeRange, EDGE_RANGE)
+    if edges is not None and not any(edges):
+        raise unwanted(section.at(EDGES), given[EDGES], "cut or add above 0")
+    dead = section.field(DEAD_ROBOTS)
+    pushes = _within(section, PUSHES, PushRange, PUSH_RANGE)
     found = Search(tuple(ranges), poses, edges, dead, pushes)
     if found.robots is not None and found.robots.choices:
         raise ScenarioError("{}.robots: {}, wanted [from, to]".format(where, shown(given[ROBOTS])))
@@ -128,36 +183,11 @@ def search_from(given, where):
     return found
 
 
-def _poses(given, where):
-    section = Section(given, where)
-    box = number_list(section.take("within"), 4, section.at("within"))
-    if not (box[0] < box[2] and box[1] < box[3]):
-        raise unwanted(section.at("within"), list(box), "x_min, y_min, x_max, y_max")
-    headings = section.take("headings", [-math.pi, math.pi])
-    headings = number_list(headings, 2, section.at("headings"))
-    result = PoseRange(tuple(box), section.number("apart", 0.0, low=0.0), tuple(headings))
-    section.done()
-    return result
-
-
-def _edges(given, where):
-    section = Section(given, where)
-    found = EdgeRange(*(section.whole(k, 0, low=0, high=MOST_EDITS) for k in EdgeRange._fields))
-    section.done()
-    if not any(found):
-        raise unwanted(where, given, "cut or add above 0")
-    return found
-
-
-def _pushes(given, where):
-    section = Section(given, where)
-    found = PushRange(
-        section.whole("most", 1, low=1, high=MOST_EDITS),
-        section.number("within", above=0.0, high=FARTHEST_PUSH),
-        section.number("until", above=0.0),
-    )
-    section.done()
-    return found
+def _within(section, key, kind, fields):
+    """Return what varies under ``key`` of the ``section``, a ``kind`` of ``fields``; None without it."""
+    if not section.has(key):
+        return None
+    return kind(**Section(section.take(key), section.at(key)).values(fields))
 
 
 def _range(key, given, where):

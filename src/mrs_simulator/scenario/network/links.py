@@ -8,7 +8,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, number, unwanted
+from mrs_simulator.core.fields import POSITIVE, REQUIRED, Field
+from mrs_simulator.scenario.reading import ScenarioError, Section, fitting, record, unwanted
 
 ON_LOSS = ("hold", "drop")
 CARRIES = ("state", "difference")
@@ -46,7 +47,93 @@ class PerEdge(NamedTuple):
         return {"default": self.default, "edges": kept} if kept else self.default
 
 
-class Switching(NamedTuple):
+def _per_edge(name, high, unit, meaning):
+    """Return the declaration of a number from 0 to ``high`` that all edges have, or each its own."""
+    default = Field("default", 0.0, unit, low=0.0, high=high)
+
+    def read_edges(section, others):
+        edges = []
+        for place, row in section.items("edges", "a list of [i, j, value]"):
+            if not isinstance(row, list) or len(row) != 3:
+                raise unwanted(place, row, "[i, j, value]")
+            pair = _read_pair(row[:2], place, section.n)
+            if pair in [edge[:2] for edge in edges]:
+                raise ScenarioError("{}: edge {} is given twice".format(place, list(pair)))
+            edges.append(pair + (fitting(default, row[2], place),))
+        return tuple(edges)
+
+    def read(section, others):
+        given, where = section.take(name, 0.0), section.at(name)
+        if not isinstance(given, dict):
+            return PerEdge(fitting(default, given, where))
+        return PerEdge(**Section(given, where, section.n).values((default, edges)))
+
+    edges = Field("edges", (), read=read_edges)
+    return Field(name, PerEdge(), unit, read=read, rule=default.default_text(), meaning=meaning)
+
+
+def _read_pair(pair, place, n):
+    whole = isinstance(pair, list) and len(pair) == 2
+    whole = whole and all(isinstance(r, int) and not isinstance(r, bool) for r in pair)
+    if not whole or not all(1 <= robot <= n for robot in pair) or pair[0] == pair[1]:
+        raise unwanted(place, pair, "two robots from 1 to {}".format(n))
+    return tuple(pair)
+
+
+def _read_graphs(section, others):
+    if section.has("graphs") and section.has("sets"):
+        raise ScenarioError("{}: both graphs and sets, wanted one".format(section.where))
+    given, where = section.take("graphs", []), section.at("graphs")
+    if not isinstance(given, list) or not all(isinstance(graph, list) for graph in given):
+        raise unwanted(where, given, "a list of lists of edges")
+    return tuple(
+        tuple(
+            _switched(pair, "{}[{}]".format(where, k), section.n, others["topology"])
+            for pair in graph
+        )
+        for k, graph in enumerate(given)
+    )
+
+
+def _read_sets(section, others):
+    return 1 if others["graphs"] else section.field(SETS)
+
+
+def _switched(pair, place, n, topology):
+    pair = _read_pair(pair, place, n)
+    known = {edge[:2] for edge in topology.edges}
+    if pair not in known and (topology.directed or pair[::-1] not in known):
+        raise ScenarioError("{}: edge {} is not in the topology".format(place, list(pair)))
+    return pair
+
+
+SETS = Field(
+    "sets",
+    1,
+    low=1,
+    high=MOST_SETS,
+    rule=REQUIRED,
+    meaning="edge k of the topology is up in turn k mod `sets`",
+)
+SWITCHING = (
+    Field(
+        "graphs",
+        (),
+        read=_read_graphs,
+        meaning="in place of `sets`, the edges of each graph: `[[[1, 2], [2, 3]], [[3, 4]]]`",
+    ),
+    SETS._replace(read=_read_sets),
+    Field("dwell", 0.5, "s", **POSITIVE, meaning="of a turn, rounded to whole command periods"),
+    Field(
+        "order",
+        ORDERS[0],
+        choices=ORDERS,
+        meaning="`periodic`: one after the other; `random`: each turn draws one",
+    ),
+)
+
+
+class Switching(record("Switching", SWITCHING)):
     """Which edges of the topology are up in each turn.
 
     ``graphs``: a tuple of edges (i, j) for each; without them edge k of the topology is up in graph
@@ -54,10 +141,7 @@ class Switching(NamedTuple):
     one after the other, or ("random") each turn draws one with equal probability.
     """
 
-    sets: int = 1
-    graphs: Tuple[Tuple[Tuple[int, int], ...], ...] = ()
-    dwell: float = 0.5
-    order: str = "periodic"
+    __slots__ = ()
 
     @property
     def count(self):
@@ -65,7 +149,50 @@ class Switching(NamedTuple):
         return len(self.graphs) or self.sets
 
 
-class Links(NamedTuple):
+def _read_switching(section, others):
+    if not section.has("switching"):
+        return section.take("switching", Switching())
+    inner = Section(section.take("switching"), section.at("switching"), section.n)
+    if others["topology"] is None:
+        raise ScenarioError("{}: the scenario has no topology".format(section.at("switching")))
+    return Switching(**inner.values(SWITCHING, others))
+
+
+LINKS = (
+    _per_edge(
+        "delay",
+        LONGEST_DELAY,
+        "s",
+        "of what is received, rounded to whole command periods: for all edges, or "
+        "`{default: 0.1, edges: [[1, 2, 0.4]]}`",
+    ),
+    _per_edge(
+        "loss", 1.0, "", "chance for each message that it is lost, for all edges or as above"
+    ),
+    Field(
+        "on_loss",
+        ON_LOSS[0],
+        choices=ON_LOSS,
+        meaning="`hold`: go by what was received last; `drop`: without the edge for this command",
+    ),
+    Field("symmetric", False, meaning="whether messages are lost in both directions at once"),
+    Field(
+        "carries",
+        CARRIES[0],
+        choices=CARRIES,
+        meaning="`state`: what is received is old, one's own state is not; `difference`: both terms are",
+    ),
+    Field(
+        "switching",
+        Switching(),
+        read=_read_switching,
+        rule="none",
+        meaning="edges that come and go in turns",
+    ),
+)
+
+
+class Links(record("Links", LINKS)):
     """The faults of all edges; the default has none.
 
     ``delay`` [s], rounded to whole command periods, and ``loss``, the chance that what is sent over
@@ -79,12 +206,7 @@ class Links(NamedTuple):
     terms are of the same age (Olfati-Saber and Murray, 2004).
     """
 
-    delay: PerEdge = PerEdge()
-    loss: PerEdge = PerEdge()
-    on_loss: str = "hold"
-    symmetric: bool = False
-    carries: str = "state"
-    switching: Switching = Switching()
+    __slots__ = ()
 
     @property
     def faults(self):
@@ -136,76 +258,9 @@ def read_links(top, others):
 
     Raises ``ScenarioError``, also for edges that are switched and not in the ``topology`` of ``others``.
     """
-    section, n = Section(top.take("links", {}), top.at("links")), top.n
-    links = Links(
-        delay=_read_per_edge(section, "delay", n, LONGEST_DELAY),
-        loss=_read_per_edge(section, "loss", n, 1.0),
-        on_loss=section.text("on_loss", "hold", ON_LOSS),
-        symmetric=section.flag("symmetric", False),
-        carries=section.text("carries", "state", CARRIES),
-        switching=_read_switching(section, n, others["topology"]),
-    )
-    section.done()
+    n, section = top.n, Section(top.take("links", {}), top.at("links"), top.n)
+    links = Links(**section.values(LINKS, others))
     if links.symmetric and not links.loss.is_symmetric(n):
         text = "{}: true, but loss differs between the two directions of an edge"
         raise ScenarioError(text.format(section.at("symmetric")))
     return links
-
-
-def _read_per_edge(section, key, n, high):
-    given = section.take(key, 0.0)
-    if not isinstance(given, dict):
-        return PerEdge(number(given, section.at(key), low=0.0, high=high))
-    inner = Section(given, section.at(key))
-    default = inner.number("default", 0.0, low=0.0, high=high)
-    edges = []
-    for place, row in inner.items("edges", "a list of [i, j, value]"):
-        if not isinstance(row, list) or len(row) != 3:
-            raise unwanted(place, row, "[i, j, value]")
-        pair = _read_pair(row[:2], place, n)
-        if pair in [edge[:2] for edge in edges]:
-            raise ScenarioError("{}: edge {} is given twice".format(place, list(pair)))
-        edges.append(pair + (number(row[2], place, low=0.0, high=high),))
-    inner.done()
-    return PerEdge(default, tuple(edges))
-
-
-def _read_pair(pair, place, n):
-    whole = isinstance(pair, list) and len(pair) == 2
-    whole = whole and all(isinstance(r, int) and not isinstance(r, bool) for r in pair)
-    if not whole or not all(1 <= robot <= n for robot in pair) or pair[0] == pair[1]:
-        raise unwanted(place, pair, "two robots from 1 to {}".format(n))
-    return tuple(pair)
-
-
-def _read_switching(section, n, topology):
-    if not section.has("switching"):
-        section.take("switching")
-        return Switching()
-    inner = Section(section.take("switching"), section.at("switching"))
-    if topology is None:
-        raise ScenarioError("{}: the scenario has no topology".format(section.at("switching")))
-    if inner.has("graphs") and inner.has("sets"):
-        raise ScenarioError("{}: both graphs and sets, wanted one".format(section.at("switching")))
-    given = inner.take("graphs", [])
-    if not isinstance(given, list) or not all(isinstance(graph, list) for graph in given):
-        raise unwanted(inner.at("graphs"), given, "a list of lists of edges")
-    graphs = tuple(
-        tuple(
-            _switched(pair, "{}[{}]".format(inner.at("graphs"), k), n, topology) for pair in graph
-        )
-        for k, graph in enumerate(given)
-    )
-    sets = 1 if graphs else inner.whole("sets", low=1, high=MOST_SETS)
-    dwell = inner.number("dwell", 0.5, above=0.0)
-    switching = Switching(sets, graphs, dwell, inner.text("order", "periodic", ORDERS))
-    inner.done()
-    return switching
-
-
-def _switched(pair, place, n, topology):
-    pair = _read_pair(pair, place, n)
-    known = {edge[:2] for edge in topology.edges}
-    if pair not in known and (topology.directed or pair[::-1] not in known):
-        raise ScenarioError("{}: edge {} is not in the topology".format(place, list(pair)))
-    return pair

@@ -63,6 +63,7 @@ LONG_ENOUGH = {
     "displacement_formation": 0.6,
     "distance_formation": 3.0,
     "event_triggered_consensus": 0.6,
+    "exploration": 0.75,
     "flocking": 0.8,
     "leader_follower": 0.4,
     "limited_visibility": 0.5,

@@ -1,5 +1,6 @@
 """Which sensors each robot has: its kind's mounts, as the scenario changes them."""
 
+import copy
 import functools
 import keyword
 import math
@@ -66,7 +67,7 @@ def _own(kind):
 
 def _of_robot(kind, changes, number):
     """Return the ``Mount`` tuple of a robot of ``kind`` after ``changes``."""
-    contents, where, off = _declared(kind)
+    contents, where, off = (copy.copy(each) for each in _declared(kind))
     for change in changes:
         for name, content in change.mounts.items():
             place = "{}.{}".format(change.where, name)
@@ -86,8 +87,12 @@ def _of_robot(kind, changes, number):
     return tuple(mounts)
 
 
+@functools.lru_cache(maxsize=64)
 def _declared(kind):
-    """Return the mounts that a ``kind`` declares, their places for errors, and which are not fitted."""
+    """Return the mounts that a ``kind`` declares, their places for errors, and which are not fitted.
+
+    They are not to be changed.
+    """
     contents, where, off = {}, {}, set()
     for name, content in kind.mounts.items():
         place = where[name] = "{}: mounts.{}".format(kind.name, name)

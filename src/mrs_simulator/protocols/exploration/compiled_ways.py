@@ -1,6 +1,7 @@
-"""Shortest ways over cells by a loop that numba compiles, as long as numpy's to the bit.
+"""Shortest ways over cells, by a loop that Python goes through or numba compiles, with the same bits.
 
-Each is the least of sums, from its beginning on, over all ways to a cell: in whatever order ways are found.
+A way is as long as the sum of its steps from its beginning on, and of all ways to a cell the shortest
+counts: in whatever order they are found.
 """
 
 import functools
@@ -10,31 +11,25 @@ import numpy as np
 from mrs_simulator.core.compiled_terms import kept
 
 
-def lengths(passable, width, begin, straight, slanted):
-    """Return how far (k,) [m] all cells are from the cell ``begin``, inf where no way leads.
+def lengths(passable, first, steps):
+    """Return how far (k,) [m] all cells are from the cell ``first``, inf where no way leads.
 
-    ``passable``: (k,) bool, row after row of ``width`` cells, with a border that is not; ``straight`` and
-    ``slanted`` [m]: how long steps are, the latter along both axes and not past a corner.
+    ``passable``: (k,) bool, row after row, with a border that is not; ``steps``: how many cells a step
+    leads along rows and columns together, which lead past no corner, and how long it is [m].
     """
-    far, count = np.full(len(passable), np.inf), 1
-    queue, waits = np.empty(len(passable), dtype=np.int64), np.zeros(len(passable), dtype=np.bool_)
-    far[begin], queue[0], first = 0.0, begin, 0
-    while count > 0:
-        at, first, count = queue[first], (first + 1) % len(queue), count - 1
-        waits[at] = False
-        for row in (-width, 0, width):
-            for column in (-1, 0, 1):
-                to = at + row + column
-                if not (passable[to] and passable[at + row] and passable[at + column]):
-                    continue
-                length = far[at] + (slanted if row != 0 and column != 0 else straight)
-                if length < far[to]:
+    far = [np.inf] * len(passable)  # Python reads lists faster than arrays
+    far[first], reached = 0.0, [first]
+    while len(reached) > 0:
+        nearer = []
+        for at in reached:
+            for row, column, size in steps:
+                to, length = at + row + column, far[at] + size
+                free = length < far[to] and passable[to]
+                if free and passable[at + row] and passable[at + column]:
                     far[to] = length
-                    if not waits[to]:
-                        waits[to] = True
-                        queue[(first + count) % len(queue)] = to
-                        count += 1
-    return far
+                    nearer.append(to)
+        reached = nearer
+    return np.array(far)
 
 
 @functools.lru_cache(maxsize=None)

@@ -24,11 +24,12 @@ BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
 def tables():
     """Return the text of each table: ``{page: {name: text}}``."""
     nested = {key: keys.nested_table(key) for key in keys.NESTED}
+    search = nested.pop("search")
     nodes = {node: node_parameters.table(node) for node in node_parameters.NODES}
     return {
         "nodes.md": nodes,
-        "scenarios.md": {"keys": keys.table(), **{key: nested[key] for key in ("links", "events")}},
-        "search.md": {"search": nested["search"]},
+        "scenarios.md": {"keys": keys.table(), **nested},
+        "search.md": {"search": search},
         "shipped_protocols.md": {"protocols": make_protocols.overview()},
         "gallery.md": {"pictures": make_protocols.pictures()},
         **make_speeds.tables(),

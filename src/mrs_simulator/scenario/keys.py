@@ -17,9 +17,20 @@ from mrs_simulator.scenario.search import (
     PUSH_RANGE,
     read_search,
 )
-from mrs_simulator.scenario.surroundings.environment import CALM, read_environment
-from mrs_simulator.scenario.surroundings.maps import read_map
-from mrs_simulator.scenario.surroundings.obstacle_reading import obstacle_to_plain, read_obstacles
+from mrs_simulator.scenario.surroundings.environment import (
+    CALM,
+    CURRENT,
+    WAVES,
+    WIND,
+    read_environment,
+)
+from mrs_simulator.scenario.surroundings.maps import MAP, read_map
+from mrs_simulator.scenario.surroundings.moving_obstacles import TRACK
+from mrs_simulator.scenario.surroundings.obstacle_reading import (
+    OBSTACLE,
+    obstacle_to_plain,
+    read_obstacles,
+)
 from mrs_simulator.scenario.team.estimates import read_estimates
 from mrs_simulator.scenario.team.limits import limits_to_plain, read_limits
 from mrs_simulator.scenario.team.load import read_load
@@ -275,6 +286,9 @@ KEYS = (
 # By the key that holds them: what their keys are under, and these.
 NESTED = {
     "links": (("", LINKS), ("switching.", SWITCHING)),
+    "obstacles": (("", OBSTACLE), ("track.", TRACK)),
+    "map": (("", MAP),),
+    "environment": (("", CURRENT), ("wind.", WIND), ("waves.", WAVES)),
     "events": (("", EVENT),),
     "search": (
         ("poses.", POSE_RANGE),

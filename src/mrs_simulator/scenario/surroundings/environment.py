@@ -44,9 +44,11 @@ class Disturbances(NamedTuple):
     waves: np.ndarray
 
 
-def _velocity(name, fastest):
+def _velocity(name, fastest, meaning):
     """Return the declaration of a velocity (x, y) [m/s] that is no faster than ``fastest`` [m/s]."""
-    field = Field(name, (0.0, 0.0), "m/s", type=NUMBERS, sizes=(2,))
+    field = Field(
+        name, (0.0, 0.0), "m/s", type=NUMBERS, sizes=(2,), rule="0, 0 m/s", meaning=meaning
+    )
 
     def read(section, others):
         value = section.field(field)
@@ -57,15 +59,22 @@ def _velocity(name, fastest):
     return field._replace(read=read)
 
 
-CURRENT = (_velocity("current", FASTEST_CURRENT),)
+CURRENT = (_velocity("current", FASTEST_CURRENT, "of the water, x and y in the common frame"),)
 WIND = (
-    _velocity("velocity", FASTEST_WIND),
-    Field("gusts", 0.0, "m/s", low=0.0, high=FASTEST_WIND),
-    Field("time", CALM.gust_time, "s", **POSITIVE),
+    _velocity("velocity", FASTEST_WIND, "mean, x and y in the common frame"),
+    Field(
+        "gusts",
+        0.0,
+        "m/s",
+        low=0.0,
+        high=FASTEST_WIND,
+        meaning="standard deviation of the wind's speed",
+    ),
+    Field("time", CALM.gust_time, "s", **POSITIVE, meaning="over which gusts are correlated"),
 )
 WAVES = (
-    Field("height", 0.0, "m", low=0.0, high=HIGHEST_WAVES),
-    Field("period", CALM.wave_period, "s", **POSITIVE),
+    Field("height", 0.0, "m", low=0.0, high=HIGHEST_WAVES, meaning="significant height"),
+    Field("period", CALM.wave_period, "s", **POSITIVE, meaning="of the waves"),
 )
 
 

@@ -3,18 +3,18 @@
 import functools
 import math
 import os
-from typing import NamedTuple, Tuple
 
 import numpy as np
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import NUMBERS, POSITIVE, REQUIRED, TEXT, Field
 from mrs_simulator.scenario.reading import (
     ScenarioError,
     Section,
     load_yaml,
-    number,
     number_list,
     reason,
+    record,
     refuse_special,
     shown,
     unwanted,
@@ -34,13 +34,53 @@ WALL, FLOOR, UNKNOWN = 100, 0, -1  # cells as nav_msgs/OccupancyGrid has them
 OCCUPIED, FREE = 0.65, 0.196  # [-] where map_server's file says nothing else
 
 
-class Map(NamedTuple):
+def _read_file(section, others):
+    file = section.field(FILE)
+    if _ending(file) not in (LINES, *SERVED, *IMAGES):
+        wanted = "a file that ends in {}".format(", ".join((LINES, *SERVED, *IMAGES)))
+        raise unwanted(section.at("file"), file, wanted)
+    return file
+
+
+def _read_size(section, others):
+    return section.field(SIZE) if _ending(others["file"]) in IMAGES else ()
+
+
+def _ending(file):
+    return os.path.splitext(file)[1].lower()
+
+
+FILE = Field("file", type=TEXT, rule=REQUIRED, meaning="its name, beside the scenario")
+SIZE = Field(
+    "size",
+    (),
+    "m",
+    **POSITIVE,
+    type=NUMBERS,
+    sizes=(2,),
+    rule=REQUIRED,
+    meaning="of a plain image: its width and height, about its middle",
+)
+MAP = (
+    FILE._replace(read=_read_file),
+    SIZE._replace(read=_read_size),
+    Field(
+        "pose",
+        (0.0, 0.0, 0.0),
+        "m, m, rad",
+        type=NUMBERS,
+        sizes=(3,),
+        rule="0, 0, 0",
+        meaning="`[x, y, yaw]` at which the map's own frame lies",
+    ),
+    Field("height", 0.5, "m", **POSITIVE, meaning="of its walls"),
+)
+
+
+class Map(record("Map", MAP)):
     """A map that a scenario names."""
 
-    file: str
-    size: Tuple[float, ...] = ()  # [m] of a plain image: width and height
-    pose: Tuple[float, ...] = (0.0, 0.0, 0.0)  # [m, m, rad] where the map's own frame lies
-    height: float = 0.5  # [m] of the walls
+    __slots__ = ()
 
     def located(self, directory):
         """Return the map with its file, relative to ``directory``, as an absolute path."""
@@ -60,18 +100,7 @@ def read_map(top):
     if given is None:
         return None
     section = Section({"file": given} if isinstance(given, str) else given, top.at("map"))
-    file = section.text("file")
-    ending = os.path.splitext(file)[1].lower()
-    if ending not in (LINES, *SERVED, *IMAGES):
-        wanted = "a file that ends in {}".format(", ".join((LINES, *SERVED, *IMAGES)))
-        raise unwanted(section.at("file"), file, wanted)
-    size = tuple(section.numbers("size", 2)) if ending in IMAGES else ()
-    for length in size:
-        number(length, section.at("size"), above=0.0)
-    pose = section.numbers("pose", 3) if section.has("pose") else section.take("pose", [0.0] * 3)
-    result = Map(file, size, tuple(pose), section.number("height", 0.5, above=0.0))
-    section.done()
-    return result
+    return Map(**section.values(MAP))
 
 
 @explained_by("docs/scenarios.md#maps")

@@ -1,22 +1,53 @@
 """Obstacles that move on given tracks at constant speed, whatever is in their way."""
 
-from typing import NamedTuple, Tuple
-
 import numpy as np
 
-from mrs_simulator.scenario.reading import Section, number_list, unwanted
+from mrs_simulator.core.fields import NUMBER, POSITIVE, REQUIRED, Field
+from mrs_simulator.scenario.reading import Section, number_list, record, unwanted
 
 MOST_SPEED = 20.0  # [m/s]
 # [s] of a stage's clock as its scene begins: zero would mean that there is no time yet
 CLOCK_START = 1.0
 
 
-class Track(NamedTuple):
+def _read_points(section, others):
+    given, where = section.take("to"), section.at("to")
+    if not isinstance(given, list) or not given:
+        raise unwanted(where, given, "a list of [x, y]")
+    to = tuple(
+        tuple(number_list(point, 2, "{}[{}]".format(where, k))) for k, point in enumerate(given)
+    )
+    before = (tuple(others["begin"]), *to)
+    if any(point == last for last, point in zip(before, to)):
+        raise unwanted(where, given, "each point apart from the last")
+    return to
+
+
+TRACK = (
+    Field(
+        "to",
+        unit="m",
+        read=_read_points,
+        rule=REQUIRED,
+        meaning="points `[x, y]` through which its centre goes from where it begins, and back",
+    ),
+    Field(
+        "speed",
+        unit="m/s",
+        **POSITIVE,
+        high=MOST_SPEED,
+        type=NUMBER,
+        rule=REQUIRED,
+        meaning="along it",
+    ),
+    Field("closed", False, meaning="from the last point straight to the first, and round again"),
+)
+
+
+class Track(record("Track", TRACK)):
     """The path of an obstacle's centre: from its initial place through ``to``, back and forth or round."""
 
-    to: Tuple[Tuple[float, float], ...]  # [m]
-    speed: float  # [m/s]
-    closed: bool = False  # from the last point straight to the first, and round again
+    __slots__ = ()
 
     def place(self, begin, time):
         """Return where a centre that begins at ``begin`` (x, y) [m] is at ``time`` [s], (x, y) [m]."""
@@ -99,16 +130,4 @@ def read_track(section, begin):
     if not section.has("track"):
         return section.take("track")
     own = Section(section.take("track"), section.at("track"))
-    given, where = own.take("to"), own.at("to")
-    if not isinstance(given, list) or not given:
-        raise unwanted(where, given, "a list of [x, y]")
-    to = tuple(
-        tuple(number_list(point, 2, "{}[{}]".format(where, k))) for k, point in enumerate(given)
-    )
-    before = (tuple(begin), *to)
-    if any(point == last for last, point in zip(before, to)):
-        raise unwanted(where, given, "each point apart from the last")
-    speed = own.number("speed", above=0.0, high=MOST_SPEED)
-    track = Track(to, speed, own.flag("closed", False))
-    own.done()
-    return track
+    return Track(**own.values(TRACK, {"begin": begin}))

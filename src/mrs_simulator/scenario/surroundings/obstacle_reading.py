@@ -3,6 +3,7 @@
 import re
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import NUMBER, NUMBERS, POSITIVE, REQUIRED, TEXT, Field
 from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves, read_track
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder, is_flat, wall
@@ -29,29 +30,73 @@ def read_obstacles(top):
 
 def _read_obstacle(item, where, index):
     section = Section(item, where)
-    shape = section.text("type", choices=("box", "cylinder", "wall", "land"))
-    name = section.text("name", "{}{}".format(shape, index + 1))
-    height = 0.0 if shape == "land" else section.number("height", 0.5, above=0.0)
-    if shape == "wall":
-        start, end = section.numbers("from", 2), section.numbers("to", 2)
-        thickness = section.number("thickness", 0.1, above=0.0)
-        try:
-            obstacle = wall(name, start, end, thickness, height)
-        except ValueError as error:
-            raise ScenarioError("{}: {}".format(where, error)) from None
-    elif shape == "cylinder":
-        x, y = section.numbers("center", 2)
-        obstacle = Cylinder(name, x, y, section.number("radius", above=0.0), height)
-    else:
-        x, y = section.numbers("center", 2)
-        length, width = section.numbers("size", 2)
-        if length <= 0.0 or width <= 0.0:
-            raise ScenarioError("{}.size: {}, wanted above 0".format(where, [length, width]))
-        obstacle = Box(name, x, y, section.number("yaw", 0.0), length, width, height)
-    if shape != "land":
-        obstacle = obstacle._replace(track=read_track(section, (obstacle.x, obstacle.y)))
-    section.done()
-    return obstacle
+    make, fields = SHAPES[section.field(TYPE)]
+    values = section.values((TYPE, NAME, *fields), {"count": index + 1})
+    try:
+        return make(values)
+    except ValueError as error:
+        raise ScenarioError("{}: {}".format(where, error)) from None
+
+
+def _read_name(section, others):
+    default = "{}{}".format(others["type"], others["count"])
+    return section.field(Field("name", default, type=TEXT))
+
+
+def _read_track(section, others):
+    ends = (others["from"], others["to"]) if "from" in others else (others["center"],)
+    return read_track(section, [sum(each) / len(ends) for each in zip(*ends)])
+
+
+def _box(values):
+    (x, y), (length, width) = values["center"], values["size"]
+    place = x, y, values["yaw"], length, width, values.get("height", 0.0)
+    return Box(values["name"], *place, values.get("track"))
+
+
+def _cylinder(values):
+    name, (x, y) = values["name"], values["center"]
+    return Cylinder(name, x, y, values["radius"], values["height"], values["track"])
+
+
+def _wall(values):
+    keys = "name", "from", "to", "thickness", "height"
+    return wall(*map(values.get, keys))._replace(track=values["track"])
+
+
+POINT = dict(unit="m", type=NUMBERS, sizes=(2,), rule=REQUIRED)
+LENGTH = dict(unit="m", **POSITIVE)
+NAME = Field(
+    "name",
+    read=_read_name,
+    rule="its type and place in the list",
+    meaning="unlike those of other obstacles and of robots",
+)
+CENTER = Field("center", **POINT, meaning="of a box, cylinder or land: `[x, y]`")
+SIZE = Field("size", **POINT, **POSITIVE, meaning="of a box or land: length and width")
+YAW = Field("yaw", 0.0, "rad", meaning="of a box or land: direction of its length")
+RADIUS = Field("radius", **LENGTH, type=NUMBER, rule=REQUIRED, meaning="of a cylinder")
+FROM = Field("from", **POINT, meaning="of a wall: `[x, y]` of one end")
+TO = Field("to", **POINT, meaning="of a wall: `[x, y]` of the other end")
+THICKNESS = Field("thickness", 0.1, **LENGTH, meaning="of a wall")
+HEIGHT = Field("height", 0.5, **LENGTH, meaning="of all but land, which is level with the ground")
+ON_TRACK = Field("track", read=_read_track, meaning="of all but land: its path")
+BOX, ROUND, WALL = (CENTER, SIZE, YAW), (CENTER, RADIUS), (FROM, TO, THICKNESS)
+ABOVE = (HEIGHT, ON_TRACK)
+SHAPES = {  # what makes it of the values of which fields
+    "box": (_box, BOX + ABOVE),
+    "cylinder": (_cylinder, ROUND + ABOVE),
+    "wall": (_wall, WALL + ABOVE),
+    "land": (_box, BOX),
+}
+TYPE = Field(
+    "type",
+    choices=tuple(SHAPES),
+    type=TEXT,
+    rule=REQUIRED,
+    meaning="`box`, `cylinder`, `wall`, or `land`, which only boats touch",
+)
+OBSTACLE = (TYPE, NAME, *BOX, RADIUS, *WALL, *ABOVE)
 
 
 def checked_obstacles(obstacles):

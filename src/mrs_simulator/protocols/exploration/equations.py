@@ -113,6 +113,8 @@ def seen_by(floor, pose, reading, cells):
     way = floor.middles.reshape(-1, 2)[cells] - origin
     far = np.hypot(way[:, 0], way[:, 1])
     near = np.flatnonzero(far < reading.most)
+    if not len(near):
+        return near
     cells, way, far = cells[near], way[near], far[near]
     bearing = direction_of(way) - pose[2] - angle[0]
     bearing = np.mod(bearing + np.pi * 1e-9, 2.0 * np.pi)

@@ -1,5 +1,7 @@
 """Exploration: a team looks at all of a mapped floor with its lasers."""
 
+import weakref
+
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -29,6 +31,8 @@ class Exploration(PioneerControl):
     Theorem: nothing is left in the end, since each plan leads to a cell that is then seen or given up, and
     there are finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).
     """
+
+    _shares = None, None  # the run whose ``shares`` these are, weakly
 
     SENSORS = ("laser",)
     TAKES_EDGES = False
@@ -202,6 +206,13 @@ class Exploration(PioneerControl):
         By lines of sight from the recorded poses, not by what the law saw: the floor are free cells to
         which, or beside which, ways lead from where the first robot begins.
         """
+        of, shares = self._shares
+        if of is None or of() is not run:
+            shares = self._shares_of(run)
+            self._shares = weakref.ref(run), shares
+        return shares
+
+    def _shares_of(self, run):
         floor, scene = self.floor(), Scenery(self.team, self.obstacles)
         scanners = self._scanners()
         way = floors.ways(floor.open, floor.size, floor.cell(run.hand[0, 0]))

@@ -70,6 +70,7 @@ class Record:
             for own in fitted_mounts(control.team, scenario.sensors)
         ]
         self._draws, self._begun = {}, run.meta.get("scene_time", 0.0)
+        self._standing = [None if each.track else _outline(each) for each in self.obstacles]
         self._places = {round(time / self._step): row for row, time in enumerate(run.time)}
 
     def readings(self, name, row):
@@ -115,7 +116,9 @@ class Record:
         ``without``: rows of robots that are left out.
         """
         found = [
-            _outline(each, self.run.time[row]) for each in self.obstacles if each.height > height
+            _outline(each, self.run.time[row]) if outline is None else outline
+            for each, outline in zip(self.obstacles, self._standing)
+            if each.height > height
         ]
         for robot, kind in enumerate(self.kinds):
             body = kind.body
@@ -133,7 +136,7 @@ class Record:
         return found
 
 
-def _outline(obstacle, time):
+def _outline(obstacle, time=0.0):
     x, y = obstacle.x, obstacle.y
     if obstacle.track is not None:
         x, y = obstacle.track.place((x, y), time)
@@ -189,15 +192,28 @@ def _echoes(record, robot, mount, row, noise):
     eye, ahead = z + places * np.exp(1j * theta), np.exp(1j * (theta + directions))
     found = np.full(len(places), np.inf)
     reach = settings.most + abs(eye - eye[0]).max()
-    for shape in record.shapes(row, (robot,), mount.place[2]):
-        if abs(_nearest(shape, eye[:1]) - eye[0])[0] > reach:
-            continue
+    if mount.type == "laser":
+        eye = eye[:1]
+    for shape in _near(record.shapes(row, (robot,), mount.place[2]), eye[0], reach):
         own_range = _in_cone(shape, eye, ahead, half) if half else _along(shape, eye, ahead)
         found = np.minimum(found, own_range)
     found[found > settings.most] = np.inf
     found = noise.noisy(found[np.newaxis])[0]
     found = np.where(found > settings.most, np.inf, np.maximum(found, settings.least))
     return Echoes(found, places, directions, settings.most)
+
+
+def _near(shapes, eye, reach):
+    """Return the ``shapes`` without those with a side or rim more than ``reach`` [m] away from ``eye``."""
+    corners = np.array([each for each in shapes if not isinstance(each, tuple)]).reshape(-1, 4)
+    side = corners[:, [1, 2, 3, 0]] - corners
+    inwards = ((eye - corners) * np.conj(side)).imag
+    near = iter((inwards >= -reach * abs(side)).all(axis=1).tolist())
+    return [
+        each
+        for each in shapes
+        if (abs(eye - each[0]) - each[1] <= reach if isinstance(each, tuple) else next(near))
+    ]
 
 
 def _in_cone(shape, eye, ahead, half):
@@ -237,8 +253,7 @@ def _from_sides(corners, eye):
 
 
 def _along(shape, eye, ahead):
-    """Return the distances (k,) [m] from ``eye`` along ``ahead``, (k,) or one, to a shape; inf if none."""
-    eye = np.broadcast_to(eye, ahead.shape)
+    """Return the distances (k,) [m] from ``eye``, (k,) or one, along ``ahead`` to a shape; inf if none."""
     if isinstance(shape, tuple):
         middle, radius = shape
         to = (middle - eye) * np.conj(ahead)

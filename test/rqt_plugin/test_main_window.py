@@ -87,7 +87,9 @@ def test_a_run_is_opened_with_the_scenario_beside_it_and_other_names_are_scenari
 
 
 def test_the_value_of_an_option_of_qt_is_no_run(monkeypatch):
-    standalone = pytest.importorskip("mrs_simulator.rqt_plugin.standalone")
+    pytest.importorskip("rospy")
+    from mrs_simulator.rqt_plugin import standalone
+
     parser = argparse.ArgumentParser()
     parser.add_argument("run", nargs="?", default="")
     for words, wanted in (

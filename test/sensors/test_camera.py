@@ -149,9 +149,10 @@ def test_what_moves_is_shown_where_it_is_at_the_stamp():
 
 
 def test_messages_tell_picture_depth_and_intrinsics():
-    messages = pytest.importorskip("mrs_simulator.ros.message_forms.sensor_messages")
+    pytest.importorskip("rospy")
     from std_msgs.msg import Header
 
+    from mrs_simulator.ros.message_forms import sensor_messages as messages
     from mrs_simulator.ros.message_forms.messages import MessageError
 
     (reading,), suite = sensed()
@@ -188,7 +189,9 @@ def test_messages_tell_picture_depth_and_intrinsics():
 
 
 def test_a_camera_of_colours_alone_tells_no_depth():
-    messages = pytest.importorskip("mrs_simulator.ros.message_forms.sensor_messages")
+    pytest.importorskip("rospy")
+    from mrs_simulator.ros.message_forms import sensor_messages as messages
+
     for has_depth, forms, parts in ((True, 5, ["", "_depth"]), (False, 2, [""])):
         (mount,) = [m for m in sensed(dict(EYE, depth=has_depth))[1].mounts[0] if m.name == "eye"]
         assert len(messages.forms_of(mount, None)) == forms
@@ -196,7 +199,8 @@ def test_a_camera_of_colours_alone_tells_no_depth():
 
 
 def test_optical_axes_lie_to_the_right_down_and_ahead():
-    messages = pytest.importorskip("mrs_simulator.ros.message_forms.sensor_messages")
+    pytest.importorskip("rospy")
+    from mrs_simulator.ros.message_forms import sensor_messages as messages
 
     def axes(**changed):
         scenario = scenario_from_dict(

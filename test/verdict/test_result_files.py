@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+from mrs_simulator.rqt_plugin.run.preflight_run import read_findings
 from mrs_simulator.verdict.verdict_file import read_verdict
 
 CHECK = {"name": "spread", "predicted": 1.0, "measured": 1.0, "tolerance": 0.1, "passed": True}
@@ -84,15 +85,13 @@ def test_a_pipe_is_no_verdict(tmp_path):
     ],
 )
 def test_what_the_check_of_robots_has_not_written_is_refused(tmp_path, content, told):
-    preflight_run = pytest.importorskip("mrs_simulator.rqt_plugin.run.preflight_run")
     with pytest.raises(ValueError) as caught:
-        preflight_run.read_findings(written(tmp_path / "preflight.json", content))
+        read_findings(written(tmp_path / "preflight.json", content))
     assert told in str(caught.value)
 
 
 def test_the_findings_are_those_checks_that_did_not_pass(tmp_path):
-    preflight_run = pytest.importorskip("mrs_simulator.rqt_plugin.run.preflight_run")
     row = {"robot": "robot1", "what": "odometry", "value": "none", "wanted": "some"}
     rows = [dict(row, passed=True, judged=False), dict(row, passed=False, judged=True)]
-    passed, (finding,) = preflight_run.read_findings(written(tmp_path / "preflight.json", rows))
+    passed, (finding,) = read_findings(written(tmp_path / "preflight.json", rows))
     assert passed == 1 and finding == ("robot1", "odometry", "none", "some", True)

@@ -39,7 +39,7 @@ PROGRAM = """
 import json, os, sys, time
 import rospy
 sys.path.append("TESTS")
-from forked import OwnForker
+from forked import OwnForker, forking_subprocess
 programs = OwnForker() if "FORKED_PROGRAMS" in os.environ else None
 from PyQt5.QtWidgets import QApplication
 from PyQt5.QtTest import QTest
@@ -53,6 +53,7 @@ class Keep(logging.Handler):
     def emit(self, record):
         trouble.append(self.format(record))
 guard.LOG.addHandler(Keep())
+from mrs_simulator.control import worker_process
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
@@ -64,7 +65,7 @@ EditedScenario.predict = lambda *_: None  # as with no_predictions
 study_widget.FRAME = 250  # [ms]: most of the window's work while tests wait is pictures that nobody sees
 popen = Processes._open
 def forked_open(processes, name, command):
-    # Nodes are forks: to load each anew takes longer than most of them run.
+    # Nodes are forks, as are laws: to load each anew takes longer than most of them run.
     if command[:2] != ["rosrun", "mrs_simulator"] or command[2] not in NODES:
         return popen(processes, name, command)
     log = os.path.join(processes.directory, name + ".log")
@@ -75,6 +76,7 @@ def forked_open(processes, name, command):
 NODES = "stage", "pioneer_control", "preflight", "record", "report"
 if programs is not None:
     Processes._open = forked_open
+    worker_process.subprocess = forking_subprocess(programs)
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
 gui.resize(1366, 768)
 gui.show()

@@ -11,6 +11,7 @@ import time
 from multiprocessing.connection import Client
 from pathlib import Path
 
+import forked
 import numpy as np
 import pytest
 import yaml
@@ -35,6 +36,12 @@ PRELUDE = """
 import os, sys, time
 sys.modules.update(dict.fromkeys({modules}))
 os.environ["QT_QPA_PLATFORM"] = "offscreen"
+sys.path.append({tests!r})
+from forked import OwnForker, forking_subprocess
+from mrs_simulator.control import worker_process
+from mrs_simulator.rqt_plugin.run import processes
+if {forks}:
+    processes.subprocess = worker_process.subprocess = forking_subprocess(OwnForker())
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
@@ -82,10 +89,14 @@ def end():
 """
 
 
-def in_window(code, path, tmp_path, *arguments):
-    """Return what a piece of Python in the process of a window printed, without a module of ROS."""
+def in_window(code, path, tmp_path, *arguments, forks=True):
+    """Return what a piece of Python in the process of a window printed, without a module of ROS.
+
+    ``forks``: whether the window's programs and laws are forks, which load nothing.
+    """
     script, log = tmp_path / "window.py", tmp_path / "window.log"
-    prelude = PRELUDE.format(modules=MODULES_OF_ROS)
+    tests = os.path.dirname(forked.__file__)
+    prelude = PRELUDE.format(modules=MODULES_OF_ROS, tests=tests, forks=forks)
     script.write_text(prelude + textwrap.dedent(code) + "\nend()\n")
     with tempfile.TemporaryDirectory() as temporary:  # short, as paths of sockets have to be
         environment = dict(os.environ, HOME=str(tmp_path), TMPDIR=temporary)
@@ -132,7 +143,7 @@ def test_a_run_in_the_window_is_to_the_byte_that_without_one(tmp_path):
     scenario = load_scenario(PAPER)._replace(duration=4.0)
     path = tmp_path / "four.yaml"
     path.write_text(scenario.to_yaml())
-    output = in_window(code, path, tmp_path, tmp_path / "window")
+    output = in_window(code, path, tmp_path, tmp_path / "window", forks=False)
     run_experiment(scenario, str(tmp_path / "alone"), formats=())
     alone, window = (tmp_path / out / "run.csv" for out in ("alone", "window"))
     assert alone.read_bytes() == window.read_bytes()

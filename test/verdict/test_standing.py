@@ -8,7 +8,7 @@ from mrs_simulator.core.claims import converges_to, invariant
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import Collision, part_of
 from mrs_simulator.record.run_changes import Change
-from mrs_simulator.study.run.simulating import simulate
+from mrs_simulator.study.run.experiment import played
 from mrs_simulator.verdict import standing
 from mrs_simulator.verdict.standing import FAILING, NOT_JUDGED, ON_COURSE, OPEN, standings
 
@@ -17,7 +17,7 @@ DRIFT, RATE = "drift of w^T p [m]", "decay rate of the disagreement [1/s]"
 
 
 def consensus():
-    run = simulate(shipped("consensus")).run
+    run, _ = played(shipped("consensus"))
     return make_control(run.scenario), run
 
 
@@ -84,7 +84,7 @@ class Unpublished(PioneerControl):
 
 
 def test_of_a_law_without_theory_a_claim_fails_once_it_holds_no_more():
-    run = simulate(shipped("consensus"), protocol=Unpublished).run
+    run, _ = played(shipped("consensus"), Unpublished)
     control, known = make_control(run.scenario, Unpublished), None
     rows, known = standings(control, part_of(run, slice(0, 4)), known)
     assert stands(rows)["drift of the invariant"] == ON_COURSE
@@ -96,7 +96,7 @@ def test_of_a_law_without_theory_a_claim_fails_once_it_holds_no_more():
 
 def test_requirements_are_decided_as_formulas_are():
     wanted = {"apart": "always(distance > 0.5 m)", "near": "always(distance > 4 m)"}
-    run = simulate(shipped("consensus").changed(requirements=wanted)).run
+    run, _ = played(shipped("consensus").changed(requirements=wanted))
     rows, _ = standings(make_control(run.scenario), part_of(run, slice(0, 10)))
     assert (stands(rows)["apart"], stands(rows)["near"]) == (OPEN, FAILING)
     assert of(rows, "near")["margin"] < 0.0 and of(rows, "near")["member"]

@@ -128,7 +128,7 @@ class Topology(Constant):
 
     def weighted_neighbours(self, row):
         """Return ``[(row of j, a_ij), ...]`` of the neighbours of the robot in ``row``."""
-        edges = np.flatnonzero(self._receiver == row)
+        (edges,) = (self._receiver == row).nonzero()
         return list(zip(self._sender[edges].tolist(), self._weight[edges].tolist()))
 
     def heard_by(self, row):

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.arrays import read_only
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, max_abs
 from mrs_simulator.core.snapshots import Constant
 from mrs_simulator.core.spatial import upright
@@ -166,7 +167,7 @@ class Team(Constant):
         for group in self.jointed:
             self._pivots[group.rows] = group.drive.pivot(group.numbers)
         self.rest_joints = np.zeros(self.n)  # [rad], initial inner joints
-        self._arms_of = {}  # by l, of the last l
+        self._arms_of, self._leads_of = {}, {}  # by l, of the last l
 
     @classmethod
     def of(cls, kinds, limits="firmware"):
@@ -315,10 +316,12 @@ class Team(Constant):
 
     def lead(self, l):
         """Return how far [m] the controlled points are from the centres at most, () or (n,)."""
-        leads = np.empty(self.n)
-        for g in self.groups:
-            leads[g.rows] = g.drive.lead(l, g.numbers)
-        return leads if (leads != leads[0]).any() else float(leads[0])
+        if l not in self._leads_of:
+            leads = np.empty(self.n)
+            for g in self.groups:
+                leads[g.rows] = g.drive.lead(l, g.numbers)
+            self._leads_of = {l: read_only(leads) if (leads != leads[0]).any() else float(leads[0])}
+        return self._leads_of[l]
 
     def pointing(self, pose, joints):
         """Return cosine and sine of the headings in which the points' arms lie, (..., n)."""

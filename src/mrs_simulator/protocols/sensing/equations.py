@@ -15,7 +15,7 @@ def limited_visibility(others, radius, gain, period):
     period, as far as it stays within V/2 of the middle of the way to each: two robots that both do so
     are no farther than V apart afterwards (Ando, Oasa, Suzuki, Yamashita, 1999).
     """
-    centre = smallest_circle(np.vstack([np.zeros(2), others]))
+    centre = smallest_circle(np.concatenate([np.zeros((1, 2)), others]))
     far = np.hypot(*centre)
     if far == 0.0:
         return np.zeros(2)
@@ -37,7 +37,8 @@ def smallest_circle(points):
     pairs, triples = _choices(len(points))
     (ax, bx), (ay, by) = x[pairs], y[pairs]
     across, up = _through(x[triples], y[triples])
-    across, up = np.append(0.5 * (ax + bx), across), np.append(0.5 * (ay + by), up)
+    across = np.concatenate([0.5 * (ax + bx), across])
+    up = np.concatenate([0.5 * (ay + by), up])
     # The smallest circle about a centre that holds all is the one to the farthest point.
     off, high = across - x[:, np.newaxis], up - y[:, np.newaxis]
     far = np.sqrt((off * off + high * high).max(axis=0))
@@ -71,7 +72,7 @@ def wall_beside(front, rear):
         r_rear - r_front = (x_front - x_rear) sin(angle),   D = r + x sin(angle) + y cos(angle).
     """
     (x, y, r), (x_rear, _, r_rear) = front, rear
-    sin = float(np.clip((r_rear - r) / (x - x_rear), -1.0, 1.0))
+    sin = float(min(max((r_rear - r) / (x - x_rear), -1.0), 1.0))
     cos = np.sqrt(1.0 - sin * sin)
     return r + x * sin + y * cos, float(np.arcsin(sin))
 

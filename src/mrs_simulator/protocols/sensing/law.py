@@ -1,8 +1,11 @@
 """Protocols of robots that know nothing but what their own sensors measure, in their own frames."""
 
+import functools
+
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.arrays import read_only
 from mrs_simulator.core.claims import (
     Claim,
     Condition,
@@ -41,7 +44,8 @@ class Sensing(PioneerControl):
 
     def own_point(self, robot):
         """Return the controlled point (2,) [m] of a ``robot`` in its own frame."""
-        return np.array([self._leads[self.numbers.index(robot)], 0.0])
+        lead = self.team.lead(self.l)
+        return np.array([lead if np.isscalar(lead) else lead[self.numbers.index(robot)], 0.0])
 
     @property
     def _leads(self):
@@ -223,12 +227,10 @@ class WallFollowing(Sensing):
             return np.zeros(2)
         speed = self.speed + self._gap_error(sonar_reading) * self.gain
         aside = to_the_left(sonar_reading.places)
-        ranges = sonar_reading.ranges[list(aside)]
+        ranges = sonar_reading.ranges[aside]
         if not np.isfinite(ranges).all():
             return np.array([speed, 0.0])
-        front, rear = (
-            np.append(sonar_reading.places[k, :2], sonar_reading.ranges[k]) for k in aside
-        )
+        front, rear = ((*sonar_reading.places[k, :2], sonar_reading.ranges[k]) for k in aside)
         distance, angle = laws.wall_beside(front, rear)
         distance -= self.own_point(robot)[0] * np.sin(angle)
         return laws.along_wall(speed, self.gain * (distance - self.distance), angle)
@@ -304,7 +306,7 @@ class WallFollowing(Sensing):
         across = []
         for sonar, l in zip(self._sensors(), self._leads):
             places = np.array(sonar.settings.transducers, dtype=float)
-            front, rear = places[list(to_the_left(places)), 0]
+            front, rear = places[to_the_left(places), 0]
             across.append((self.gain * (front - l) - self.speed) / (front - rear))
         return self._noise() * np.hypot(self.gain - np.array(across), across)
 
@@ -344,15 +346,33 @@ class WallFollowing(Sensing):
 
 def ahead_of(places):
     """Return which of ``places`` (K, 3) look ahead, (K,) bool."""
-    return np.abs(wrap_angle(np.array(places, dtype=float)[:, 2])) < SIDEWAYS
+    return _listened_to(np.array(places, dtype=float).tobytes())[0]
 
 
 def to_the_left(places):
-    """Return the rows of the foremost and the rearmost of ``places`` (K, 3) that look to the left."""
-    aside = np.flatnonzero(np.abs(wrap_angle(places[:, 2] - 0.5 * np.pi)) < SIDEWAYS)
+    """Return the rows of the foremost and the rearmost of ``places`` (K, 3) that look to the left.
+
+    Raises ``ValueError`` where fewer than two do.
+    """
+    aside = _listened_to(np.array(places, dtype=float).tobytes())[1]
     if len(aside) < 2:
         raise ValueError("sonar: {} transducers look to the left, wanted two".format(len(aside)))
-    return aside[np.argmax(places[aside, 0])], aside[np.argmin(places[aside, 0])]
+    return aside
+
+
+@functools.lru_cache(maxsize=16)
+def _listened_to(numbers):
+    """Return which of the places in these bytes look ahead, (K,) bool, and rows of those to the left.
+
+    Of the latter the foremost and the rearmost where there are two.
+    """
+    places = np.frombuffer(numbers).reshape(-1, 3)
+    ahead = np.abs(wrap_angle(places[:, 2])) < SIDEWAYS
+    aside = np.flatnonzero(np.abs(wrap_angle(places[:, 2] - 0.5 * np.pi)) < SIDEWAYS)
+    if len(aside) > 1:
+        foremost, rearmost = np.argmax(places[aside, 0]), np.argmin(places[aside, 0])
+        aside = aside[[foremost, rearmost]]
+    return read_only(ahead), aside.tolist()
 
 
 class SensedFollowing(Sensing):
@@ -382,10 +402,11 @@ class SensedFollowing(Sensing):
             return np.array([self.speed, own[0] * self.turn])
         seen = self.readings[robot].neighbours
         before = self.numbers[self.numbers.index(robot) - 1]
-        at = [] if seen is None else np.flatnonzero(seen.numbers == before)
-        if not len(at):
+        if seen is None or before not in seen.numbers:
             return np.zeros(2)
-        return laws.towards(seen.points[at[0]] - own, self.distance, self.gain)
+        return laws.towards(
+            seen.points[np.argmax(seen.numbers == before)] - own, self.distance, self.gain
+        )
 
     def published(self):
         """Return the law by what each should have seen."""

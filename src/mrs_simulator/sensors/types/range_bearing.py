@@ -35,9 +35,10 @@ class RangeBearingReading(NamedTuple):
 
     def of(self, k):
         """Return the reading of the k-th robot from rows of all, where nan stands for those not seen."""
-        seen = np.flatnonzero(np.isfinite(self.ranges[k]) & np.isfinite(self.bearings[k]))
-        ranges, bearings = self.ranges[k, seen], self.bearings[k, seen]
-        return RangeBearingReading(self.stamp, self.numbers[seen], ranges, bearings, self.place)
+        ranges, bearings = self.ranges[k], self.bearings[k]
+        (seen,) = (np.isfinite(ranges) & np.isfinite(bearings)).nonzero()
+        own = self.numbers[seen], ranges[seen], bearings[seen]
+        return RangeBearingReading(self.stamp, *own, self.place)
 
     def text(self):
         """Return the robots seen, with units."""
@@ -46,7 +47,8 @@ class RangeBearingReading(NamedTuple):
     @property
     def points(self):
         """Return their positions in the robot's frame, (K, 2) [m]."""
-        way = np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=-1)
+        way = np.empty((*self.bearings.shape, 2))
+        way[..., 0], way[..., 1] = np.cos(self.bearings), np.sin(self.bearings)
         return np.array(self.place) + self.ranges[..., np.newaxis] * way
 
 

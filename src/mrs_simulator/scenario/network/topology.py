@@ -1,11 +1,17 @@
 """The ``topology`` of a scenario: edges, or a preset with its numbers."""
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import FLAG, NUMBER, POSITIVE, REQUIRED, TEXT, WHOLE, Field
 from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 
 ALWAYS_UNDIRECTED = ("random", "proximity")
 OTHER_GRAPHS = ALWAYS_UNDIRECTED + ("k_nearest", "erdos_renyi")  # of chance, of places
+PRESET = Field("preset", choices=PRESETS + OTHER_GRAPHS, type=TEXT, rule=REQUIRED)
+DIRECTED = Field("directed", type=FLAG)  # None: as the preset has it
+PROBABILITY = Field("probability", 0.3, low=0.0, high=1.0)
+RADIUS = Field("radius", unit="m", **POSITIVE, type=NUMBER, rule=REQUIRED)
+NEAREST = Field("k", low=1, type=WHOLE, rule=REQUIRED)
 
 
 @explained_by("docs/scenarios.md#graphs")
@@ -35,21 +41,17 @@ def _made_topology(section, poses, seed):
             raise ValueError(
                 "edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges))
             )
-        return Topology(len(poses), edges, section.flag("directed", True))
-    name, n = section.text("preset", choices=PRESETS + OTHER_GRAPHS), len(poses)
-    directed = section.flag("directed", True) if section.has("directed") else None
+        return Topology(len(poses), edges, section.field(DIRECTED) is not False)
+    name, n = section.field(PRESET), len(poses)
+    directed = section.field(DIRECTED)
     if name in ALWAYS_UNDIRECTED and directed:
         raise ScenarioError("{}: true, but {} is undirected".format(section.at("directed"), name))
     if name == "random":
-        return Topology.random(n, _probability(section), seed)
+        return Topology.random(n, section.field(PROBABILITY), seed)
     if name == "proximity":
-        return Topology.proximity(poses[:, :2], section.number("radius", above=0.0))
+        return Topology.proximity(poses[:, :2], section.field(RADIUS))
     if name == "k_nearest":
-        return Topology.k_nearest(poses[:, :2], section.whole("k", low=1), directed is not False)
+        return Topology.k_nearest(poses[:, :2], section.field(NEAREST), directed is not False)
     if name == "erdos_renyi":
-        return Topology.erdos_renyi(n, _probability(section), seed, directed is True)
+        return Topology.erdos_renyi(n, section.field(PROBABILITY), seed, directed is True)
     return Topology.preset(name, n, directed)
-
-
-def _probability(section):
-    return section.number("probability", 0.3, low=0.0, high=1.0)

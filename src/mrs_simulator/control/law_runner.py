@@ -185,9 +185,9 @@ class LawRunner:
         ``pose`` (n, 3), of which its own heading is taken; ``hand`` (n, d) as that robot knows them.
         """
         control = self._control
-        theta, turn = float(pose[row, 2]), np.eye(hand.shape[1])
-        if control.LOCAL_FRAMES:
-            turn[:2, :2], theta = turned_by(theta), 0.0
+        theta, d = float(pose[row, 2]), hand.shape[1]
+        turn = turned_by(theta, d) if control.LOCAL_FRAMES else np.eye(d)
+        theta = 0.0 if control.LOCAL_FRAMES else theta
         robot = control.numbers[row]
         seen = neighbours_of(row, hand, turn, control.numbers, control.topology)
         velocity = control.neighbourLaw(robot, theta, seen)

@@ -50,10 +50,12 @@ def neighbours_of(row, hand, turn, numbers, topology):
     )
 
 
-def turned_by(theta):
-    """Return R(theta)^T for row vectors: ``v @ R`` is ``v`` as seen from a frame turned by theta."""
+def turned_by(theta, d=2):
+    """Return R(theta)^T (d, d) about z: ``v @ R`` is ``v`` as seen from a frame turned by theta."""
     cos, sin = np.cos(theta), np.sin(theta)
-    return np.array([[cos, -sin], [sin, cos]])
+    if d == 2:
+        return np.array([[cos, -sin], [sin, cos]])
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _numbers(value):

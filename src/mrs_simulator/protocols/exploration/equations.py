@@ -112,7 +112,7 @@ def seen_by(floor, pose, reading, cells):
     origin = pose[:2] + [cos * x - sin * y, sin * x + cos * y]
     way = floor.middles.reshape(-1, 2)[cells] - origin
     far = np.hypot(way[:, 0], way[:, 1])
-    near = np.flatnonzero(far < reading.most)
+    (near,) = (far < reading.most).nonzero()
     if not len(near):
         return near
     cells, way, far = cells[near], way[near], far[near]

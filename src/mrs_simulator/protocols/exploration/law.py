@@ -75,7 +75,7 @@ class Exploration(PioneerControl):
         return floors.floor_of(self.obstacles, self.cell, self.room)
 
     def _look(self):
-        left = np.flatnonzero(self._floor.free & ~self._seen)
+        (left,) = (self._floor.free & ~self._seen).ravel().nonzero()
         for row, number in enumerate(self.numbers):
             scan = self.readings[number].laser
             if scan is not None and self._stamps.get(row) != scan.stamp:
@@ -133,6 +133,8 @@ class Exploration(PioneerControl):
         """
         way = hand - hand[:, np.newaxis]
         near = np.hypot(way[..., 0], way[..., 1]) < self.apart + self.cell
+        if np.count_nonzero(near) == len(hand):  # each is near itself alone
+            return np.zeros(len(hand), dtype=bool)
         heads = np.einsum("ijk,ik->ij", way, u) > 0.0
         meets = near & heads
         each = np.arange(len(hand))

@@ -672,7 +672,7 @@ def test_the_command(tmp_path, capsys):
     assert ended.value.code == 2 and "swept twice" in capsys.readouterr().err
 
 
-def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_path, capsys):
+def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_path, capfd):
     (tmp_path / "law.py").write_text(
         "from mrs_simulator import PioneerControl\n"
         "class Wrong(PioneerControl):\n"
@@ -684,7 +684,8 @@ def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_
     with pytest.raises(SystemExit) as ended:
         main(given + ["--sweep", "fidelity=kinematic,point_mass", "--jobs", "1"])
     assert ended.value.code == 1
-    said = capsys.readouterr().out
+    said, told = capfd.readouterr()
+    assert told.count("Traceback") == 1 and "RuntimeError: never (2 of 2 runs)\n" in told
     assert "0 of 2 runs passed\n" in said
     assert "  2 x at 0.000 s the law failed: RuntimeError: never" in said
     assert "table: " in said and "figure" not in said

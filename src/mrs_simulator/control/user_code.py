@@ -9,13 +9,13 @@ import dis
 import os
 import queue
 import signal
-import sys
 import threading
 import time
 import traceback
 from typing import NamedTuple
 
 from mrs_simulator.core.doc_links import named, words
+from mrs_simulator.core.reports import report
 
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
@@ -109,7 +109,7 @@ def print_raised(error):
             own = _own_frames(link.stack)
             link.stack = traceback.StackSummary.from_list(own) if own else link.stack
             link = link.__cause__ or link.__context__
-    print("".join(trace.format()), end="", file=sys.stderr)
+    report("".join(trace.format()).rstrip("\n"))
 
 
 def _own_frames(stack):

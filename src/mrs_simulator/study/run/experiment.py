@@ -2,8 +2,6 @@
 
 import contextlib
 import os
-import sys
-import threading
 import time
 
 import numpy as np
@@ -14,6 +12,7 @@ from mrs_simulator.control.user_code import call, print_raised, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
 from mrs_simulator.core.kinematics import are_within
+from mrs_simulator.core.reports import report
 from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
@@ -480,25 +479,8 @@ def facts_of(experiment, recorder, sensors, ended):
     return facts
 
 
-_thread = threading.local()
-
-
-@contextlib.contextmanager
-def reports_kept():
-    """Give the list of the texts that runs of this thread report meanwhile; they are not written."""
-    before, _thread.reports = getattr(_thread, "reports", None), []
-    try:
-        yield _thread.reports
-    finally:
-        _thread.reports = before
-
-
 def _report(text):
-    kept = getattr(_thread, "reports", None)
-    if kept is not None:
-        kept.append(text)
-    else:  # at once, since runs of a sweep write beside each other
-        sys.stderr.write("experiment: {}\n".format(text))
+    report("experiment: " + text)
 
 
 def _finish(recording, scenario, progress):

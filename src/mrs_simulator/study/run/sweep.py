@@ -13,13 +13,14 @@ import numpy as np
 
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named
+from mrs_simulator.core.reports import reports_kept
 from mrs_simulator.core.writing import naming
 from mrs_simulator.protocols.loading import choose_protocol, located_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.reading import ScenarioError, UnknownKey, load_yaml, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict, scenario_of_file
 from mrs_simulator.study.draw.style import can_draw
-from mrs_simulator.study.run.experiment import reports_kept, run_experiment, steps_of
+from mrs_simulator.study.run.experiment import run_experiment, steps_of
 from mrs_simulator.study.run.run_keys import forget, run_key
 from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
 from mrs_simulator.study.search.assurance import interval
@@ -432,7 +433,7 @@ def _guarded_run(scenario, out, many):
 def _tell_reports(said, total):
     """Write to stderr what runs reported, each text once, with how many of the ``total`` did."""
     for text, count in said.most_common(SHOWN):
-        print("experiment: {} ({} of {} runs)".format(text, count, total), file=sys.stderr)
+        print("{} ({} of {} runs)".format(text, count, total), file=sys.stderr)
     if len(said) > SHOWN:
         print("experiment: {} others".format(len(said) - SHOWN), file=sys.stderr)
 

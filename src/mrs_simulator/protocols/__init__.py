@@ -4,10 +4,9 @@ import importlib
 import os
 import re
 
-# A class of a family's folder whose docstring states its theorem, in a paragraph of its own.
-PROTOCOL = re.compile(
-    r'^class ([A-Z]\w*)\([^)]*\):\n    """(?:(?!""").)*?\n    Theorem: ', re.M | re.S
-)
+# A protocol's class, in a family's folder, states its theorem in a paragraph of its docstring.
+CLASS = re.compile(r'\nclass ([A-Z]\w*)\([^)]*\):\n    """(.*?)"""', re.S)
+THEOREM = "\n    Theorem: "
 WORD = re.compile(r"(?<!^)(?=[A-Z])")
 
 
@@ -19,7 +18,9 @@ def _found():
         for file in sorted(os.listdir(path)) if os.path.isdir(path) else ():
             if file.endswith(".py"):
                 with open(os.path.join(path, file), encoding="utf-8") as source:
-                    for title in PROTOCOL.findall(source.read()):
+                    text = source.read()
+                for title, doc in CLASS.findall(text) if THEOREM in text else ():
+                    if THEOREM in doc:
                         yield WORD.sub("_", title).lower(), (family + "." + file[:-3], title)
 
 

@@ -27,30 +27,43 @@ def pairs_in_cells(position, key, order, rows, bound):
                 high += 1
             begin[row, order[at]], end[row, order[at]] = low, high
     first, second, count = np.empty(BEGIN * n, np.int64), np.empty(BEGIN * n, np.int64), 0
+    places = np.empty((position.shape[1], n))
+    for axis in range(len(places)):
+        for at in range(n):
+            places[axis, at] = position[order[at], axis]
     for i in range(n):
         if count + n > len(first):
             first, second = np.append(first, first), np.append(second, second)
         own = count
         for row in range(len(rows)):
-            for at in range(begin[row, i], end[row, i]):
-                j = order[at]
-                if j > i and squared(position, i, j) < bound:
-                    first[count], place = i, count
-                    while place > own and second[place - 1] > j:  # few, in order
-                        second[place] = second[place - 1]
-                        place -= 1
-                    second[place] = j
-                    count += 1
+            low, high = begin[row, i], end[row, i]
+            count = near_ones(places, position[i], order, low, high, i, bound, second, count)
+        for at in range(own, count):
+            first[at], j, place = i, second[at], at
+            while place > own and second[place - 1] > j:  # few, in order
+                second[place] = second[place - 1]
+                place -= 1
+            second[place] = j
     return first[:count], second[:count]
 
 
-def squared(position, i, j):
-    """Return the squared distance [m^2] of points ``i`` and ``j``."""
-    total = 0.0
-    for axis in range(position.shape[1]):
-        apart = position[j, axis] - position[i, axis]
-        total += apart * apart
-    return total
+def near_ones(places, own, order, low, high, i, bound, found, count):
+    """Put into ``found``, from ``count`` on, the rows beyond ``i`` of points of squared distance below
+    ``bound`` [m^2] of ``own`` (d,); return how many are found then.
+
+    ``places`` (d, n) [m]: of the points in ``order`` (n,), of which those from ``low`` up to ``high`` are
+    looked at.
+    """
+    x, y = places[0], places[1]
+    for at in range(low, high):
+        east, north = x[at] - own[0], y[at] - own[1]
+        total = east * east + north * north
+        for axis in range(2, len(places)):
+            apart = places[axis, at] - own[axis]
+            total += apart * apart
+        found[count] = order[at]  # without a branch, which would be guessed wrong
+        count += (total < bound) & (order[at] > i)
+    return count
 
 
 @functools.lru_cache(maxsize=None)

@@ -11,7 +11,9 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.sensing import equations as laws
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, wall
 from mrs_simulator.sensors.types.ranging import RangeReading
+from mrs_simulator.study.run.experiment import Experiment, played
 from mrs_simulator.study.run.simulating import simulate
+from mrs_simulator.study.run.snapshots import Copied
 
 
 def test_the_smallest_circle_goes_through_two_or_three_points():
@@ -197,6 +199,18 @@ def test_explorers_wait_for_lower_numbers_and_behind_those_who_wait_for_them():
     assert waits(north, west, west) == [False, True, True]
     assert waits(north, west, north) == [False, False, False]
     assert waits(east, west, east) == [False, False, True]  # 3 for 2; none is lower than 1
+
+
+def test_what_was_seen_is_known_of_the_run_that_is_asked_for():
+    experiment = Experiment(corridor(2.0))
+    runs = [played(corridor(seconds))[0] for seconds in (1.0, 2.0)]
+    found = [experiment.control.shares(run)[1] for run in (*runs, runs[1], runs[0])]
+    assert len(found[0]) < len(found[1])
+    assert found[2] is found[1] and found[3] is not found[0]
+    np.testing.assert_array_equal(found[3], found[0])
+    list(experiment.samples())
+    assert isinstance(experiment.snapshot(), Copied)  # of a control that has looked at a run
+    experiment.world.close()
 
 
 def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.fields import POSITIVE, Parameter
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
+from mrs_simulator.core.snapshots import Constant
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.exploration import equations as floors
 from mrs_simulator.protocols.exploration import published
@@ -21,6 +22,13 @@ ALL_ROUND = 6.2  # [rad] from the first to the last ray, from which on a laser l
 LOOKS = 2.0  # [1/s] looks at which the verdict sees the floor anew
 
 
+class Shares(Constant):
+    """What :meth:`Exploration.shares` ``found`` of a ``run``, to which it refers weakly."""
+
+    def __init__(self, run, found):
+        self.run, self.found = weakref.ref(run), found
+
+
 class Exploration(PioneerControl):
     """Each robot goes to the nearest cell of the floor that no robot has seen and it is nearest to.
 
@@ -32,7 +40,7 @@ class Exploration(PioneerControl):
     there are finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).
     """
 
-    _shares = None, None  # the run whose ``shares`` these are, weakly
+    _newest = None  # the ``Shares`` that :meth:`shares` found last
 
     SENSORS = ("laser",)
     TAKES_EDGES = False
@@ -208,11 +216,9 @@ class Exploration(PioneerControl):
         By lines of sight from the recorded poses, not by what the law saw: the floor are free cells to
         which, or beside which, ways lead from where the first robot begins.
         """
-        of, shares = self._shares
-        if of is None or of() is not run:
-            shares = self._shares_of(run)
-            self._shares = weakref.ref(run), shares
-        return shares
+        if self._newest is None or self._newest.run() is not run:
+            self._newest = Shares(run, self._shares_of(run))
+        return self._newest.found
 
     def _shares_of(self, run):
         floor, scene = self.floor(), Scenery(self.team, self.obstacles)

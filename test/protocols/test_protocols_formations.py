@@ -11,8 +11,8 @@ from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.shapes import equations as laws
 from mrs_simulator.protocols.shapes import law as library
 from mrs_simulator.protocols.shapes.energies import length_energy
-from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.study.results.report import judged
+from mrs_simulator.study.run.experiment import played
 from mrs_simulator.study.run.simulating import simulate
 
 SHIPPED = {
@@ -490,12 +490,11 @@ def test_a_broken_paper_law_fails(tmp_path, law, said):
     assert said in failed(verdict_of(shipped("paper_theory"), tmp_path, law))
 
 
-def test_where_only_the_end_is_known_it_is_drawn_over_the_last_samples(tmp_path):
+def test_where_only_the_end_is_known_it_is_drawn_over_the_last_samples():
     """Dashes at the place, where no whole track is predicted; none where theory does not apply."""
     given = shipped("bearing_formation", duration=2.0)
-    verdict_of(given, tmp_path)
-    run = read_run_csv(str(tmp_path / "run.csv"), given)
-    _, drawn = judged(run, make_control(given))
+    run, control = played(given)
+    _, drawn = judged(run, control)
     np.testing.assert_allclose(drawn["time"], [1.6, 2.0])
     places = drawn["hand"][0] - drawn["hand"][0].mean(axis=0)
     shape = laws.shape_places("grid", 6, 1.0)

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.record.run_changes import Change, controller_settings, to_plain
 from mrs_simulator.scenario.incidents import PUSHED
 from mrs_simulator.scenario.reading import read_json
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run import ahead
 from mrs_simulator.study.run.ahead import Edit, keep_ahead, look_ahead, look_further, prepare_ahead
-from mrs_simulator.study.run.experiment import Experiment, run_experiment
+from mrs_simulator.study.run.experiment import Experiment, played
 
 SCENARIO = shipped("paper_four")._replace(duration=6.0)
 ROW = 25  # of the sample from which on things are otherwise
@@ -84,10 +83,9 @@ def test_a_look_that_is_kept_is_a_run_whose_pushes_are_events_of_its_scenario(ru
     assert (event.event, event.robot, event.at) == (PUSHED, 1, pytest.approx(2.5))
     assert [change.key for change in kept.meta["changes"]] == ["control"]
     assert (tmp_path / "kept" / "verdict.json").exists()
-    again = tmp_path / "again"  # its scenario alone makes the push, too
+    # Its scenario alone makes the push, too.
     pushed = kept.scenario._replace(duration=3.0)
-    run_experiment(pushed, str(again), formats=())
-    found = read_run_csv(str(again / "run.csv")).pose
+    found = played(pushed)[0].pose
     assert found[: ROW + 1].tolist() == kept.pose[: ROW + 1].tolist()
     assert np.hypot(*(found[ROW + 1, 0, :2] - [8.0, -3.0])) < 0.2
 

@@ -23,7 +23,7 @@ from mrs_simulator.protocols.loading import ProtocolError
 from mrs_simulator.record.recording import RunError, read_run_csv
 from mrs_simulator.study.results.report import FIGURES, begin_run, control_of, judged, read_run
 from mrs_simulator.study.run.command import main
-from mrs_simulator.study.run.experiment import Experiment, LawFailed
+from mrs_simulator.study.run.experiment import Experiment, LawFailed, perform
 from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -221,11 +221,11 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path, name):
     scenario = shipped(name, duration=5.0, odometry="wheel", seed=7)
     made = []
     for out in ("one", "two"):
-        run_experiment(scenario, str(tmp_path / out), formats=())
+        perform(scenario, str(tmp_path / out))
         made.append((tmp_path / out / "run.csv").read_bytes())
     assert made[0] == made[1]
     if name == "paper":
-        run_experiment(scenario.changed(seed=8), str(tmp_path / "three"), formats=())
+        perform(scenario.changed(seed=8), str(tmp_path / "three"))
         assert (tmp_path / "three" / "run.csv").read_bytes() != made[0]
 
 

@@ -8,6 +8,8 @@ import sys
 import threading
 from importlib.util import find_spec
 
+from mrs_simulator.core.garbage import loading_more
+
 VARIABLE = "MRS_SIMULATOR_COMPILED"
 PREAMBLE = (
     "Failed in nopython mode",
@@ -204,7 +206,8 @@ def jit(cache=False, **options):
     Raises ``NotInstalled`` where numba cannot be imported.
     """
     try:
-        import numba  # optional
+        with loading_more() if "numba" not in sys.modules else contextlib.nullcontext():
+            import numba  # optional
     except ImportError as error:
         text = "{}=1: numba is not installed, wanted `pip install numba`".format(VARIABLE)
         if find_spec("numba") is not None:

@@ -42,3 +42,12 @@ def collected_later():
     finally:
         if collects:
             gc.enable()
+
+
+def loading_more():
+    """Return :func:`loading` in a program that passes over what it has loaded, else a context that does
+    nothing: whose objects a library finds may become garbage.
+
+    For what is loaded in the midst of a run and stays.
+    """
+    return loading() if gc.get_freeze_count() else contextlib.nullcontext()

@@ -3,6 +3,7 @@ import json
 import multiprocessing
 import os
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -78,6 +79,24 @@ def test_the_threshold_of_held_commands_is_found_without_theory(path, tmp_path, 
     assert again["outcome"] == kept["outcome"] == "failed"
     first, second = (d / "run.csv" for d in (out / "run", tmp_path / "again"))
     assert first.read_bytes() == second.read_bytes()
+
+
+def test_the_optimiser_is_loaded_by_searches_that_come_to_it_alone(
+    path, tmp_path, monkeypatch, capsys
+):
+    out, few = tmp_path / "out", ("--formats", "", "--vary", "control.parameters.gain=[0.2, 0.4]")
+    (tmp_path / "cma.py").write_text("raise ImportError('no library')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "cma", raising=False)
+    assert run(break_, path, "--out", out, *few, "--runs", 2) == 0
+    assert json.loads((out / "search.json").read_text())["optimiser"] == "cma"
+    assert run(break_, path, "--out", out, *few, "--runs", 30) == 2  # twenty are drawn at first
+    assert "--optimiser cma: no library" in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "cma", None)  # as where it is not installed
+    assert run(break_, path, "--out", out, *few, "--runs", 2) == 0
+    assert "cma is not installed: runs are drawn at random" in capsys.readouterr().err
+    assert run(break_, path, "--out", out, *few, "--optimiser", "cma") == 2
+    assert "wanted the Python package cma" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import sys
+from importlib.util import find_spec
 
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import Limited, printing, write_text
@@ -99,17 +100,16 @@ def _varied(text):
 
 
 def optimiser_of(wanted):
-    """Return the optimiser that is ``wanted``, by default the best that is installed."""
-    if wanted == "random":
-        return wanted
-    try:
-        import cma  # noqa: F401
-    except ImportError:
-        if wanted == "cma":
-            raise SweepError("--optimiser cma: wanted the Python package cma") from None
-        tell("the Python package cma is not installed: runs are drawn at random")
-        return "random"
-    return "cma"
+    """Return the optimiser that is ``wanted``, by default the best that is installed.
+
+    It is loaded, for most of a second, by searches that come to it alone.
+    """
+    if wanted == "random" or find_spec("cma") is not None:
+        return wanted or "cma"
+    if wanted == "cma":
+        raise SweepError("--optimiser cma: wanted the Python package cma")
+    tell("the Python package cma is not installed: runs are drawn at random")
+    return "random"
 
 
 def break_scenario(arguments):

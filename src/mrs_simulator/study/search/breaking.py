@@ -12,7 +12,7 @@ import numpy as np
 from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS
-from mrs_simulator.study.run.workers import Cores, on_cluster
+from mrs_simulator.study.run.workers import Cores, SweepError, on_cluster
 from mrs_simulator.study.search.space import varied_scenario
 from mrs_simulator.study.search.trials import Trial, try_variation
 from mrs_simulator.study.search.whole_steps import grain_of, rounded
@@ -122,8 +122,10 @@ class Search:
 
     def _climb(self, runs, random, best, place):
         """Follow the margins downwards by CMA-ES from ``place`` until it breaks or goes no farther."""
-        import cma  # optional
-
+        try:
+            import cma  # optional
+        except ImportError as error:
+            raise SweepError("--optimiser cma: {}".format(error)) from None
         options = {"bounds": [0.0, 1.0], "verbose": -9, "seed": int(random.integers(1, 2**31))}
         options["maxfevals"] = max(1, runs - self.runs)
         strategy = cma.CMAEvolutionStrategy(np.clip(place, 0.01, 0.99), SPREAD, options)

@@ -57,7 +57,7 @@ def test_what_may_vary_is_the_scenario_s_or_the_starts_and_reads_back():
         ("poses", "what may vary: wanted lines such as"),
         (
             "poses: {within: [1, 1, 0, 0]}",
-            "what may vary.poses: within: [1.0, 1.0, 0.0, 0.0], wanted",
+            "what may vary: poses.within: [1.0, 1.0, 0.0, 0.0], wanted",
         ),
         ("control.rate: [1", "what may vary, line 1: not valid YAML"),
         ("control.rate: [2, 1]", "what may vary.control.rate: [2, 1], wanted two numbers"),

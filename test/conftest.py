@@ -115,10 +115,13 @@ def pytest_runtest_protocol(item):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item):
-    """Let failures that are rospy's own stand aside."""
+    """Let failures that are rospy's own stand aside; show with others what the processes printed."""
     outcome = yield
+    report = outcome.get_result()
     if OLD_ROSPY:
-        stand_aside(outcome.get_result(), item)
+        stand_aside(report, item)
+    if report.failed and "ros" in getattr(item, "funcargs", ()):
+        report.sections += item.funcargs["ros"].printed()
 
 
 def _folder(item):

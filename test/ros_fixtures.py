@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import glob
 import json
 import os
 import select
@@ -19,6 +20,7 @@ from forked import forker
 
 PATIENCE = 60.0  # [s] with a machine that has much else to do
 STOP_LIMIT = 30.0  # [s], likewise
+MOST_PRINTED = 2000  # characters of each process's log beside a failure
 COMMANDS_OF_ROS = (
     "rosmaster",
     "rosmsg",
@@ -145,6 +147,14 @@ class Ros:
             process = start_logged(command, log, self.environment, cwd=directory, **given)
         self.processes.append(process)
         return process
+
+    def printed(self):
+        """Return the ends of the logs of all processes, as sections of a test's report."""
+        sections = []
+        for path in sorted(glob.glob(os.path.join(self.directory, "*.log"))):
+            with open(path, encoding="utf-8", errors="replace") as file:
+                sections.append((os.path.basename(path), file.read()[-MOST_PRINTED:]))
+        return sections
 
     def node(self, script, *arguments, name=None):
         """Start a node of the package, as rosrun would."""

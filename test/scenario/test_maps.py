@@ -253,7 +253,10 @@ def test_an_image_that_is_drawn_anew_is_read_anew(room):
     [
         ("room.bmpp", "map.file: 'room.bmpp', wanted a file that ends in .map, .yaml"),
         ({"file": "room.pgm"}, "map.size: nothing given, wanted a list of 2"),
-        ({"file": "room.pgm", "size": [1.0, 0.0]}, r"map.size\[1\]: 0, wanted a number above 0"),
+        (
+            {"file": "room.pgm", "size": [1.0, 0.0]},
+            r"map.size\[1\]: 0.0, wanted a number above 0 \[m\]",
+        ),
         ({"file": "room.yaml", "size": [1.0, 1.0]}, "map: unknown 'size'"),
         ({"file": "room.yaml", "hight": 1.0}, "map: unknown 'hight'; did you mean 'height'"),
         ({}, "map.file: nothing given"),

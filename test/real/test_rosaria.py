@@ -561,7 +561,8 @@ def test_what_comes_before_the_start_is_no_part_of_a_record(team, tmp_path, fram
     out, source = tmp_path / "run", "_frame_source:=" + frame
     record = team.node("record", "--protocol", team.law, "--out", out, "--duration", 1, source, n=1)
     control = team.forward("_autostart:=false", source, STALLS, n=1)
-    team.probe.wait("control('trouble') == 'not started'")
+    # It knows where the robot stands: what it never received cannot jump.
+    team.probe.wait("control('trouble') == 'not started' and control('stale') == []")
     wait_until(lambda: READY in log_of(record))
     joystick = team.ros.start("joystick", JOYSTICK)
     team.drives((1,), 0.05)

@@ -201,6 +201,19 @@ def test_explorers_wait_for_lower_numbers_and_behind_those_who_wait_for_them():
     assert waits(east, west, east) == [False, False, True]  # 3 for 2; none is lower than 1
 
 
+@pytest.mark.parametrize(
+    "poses, seconds",
+    [
+        ([[-4.55, 0.18, -0.53], [-6.02, 0.17, 1.29], [-3.19, 0.12, 2.4]], 10.0),
+        ([[-4.42, -0.12, -0.92], [-6.38, 0.03, -1.47], [-2.99, -0.14, 0.25]], 12.0),
+    ],
+)
+def test_explorers_that_want_through_one_door_make_room_and_do_not_touch(poses, seconds):
+    verdict = simulate(shipped("exploration", duration=seconds).changed(poses=poses)).verdict
+    assert verdict["min_distance"] > 0.65 and not failed(verdict)
+    assert check(verdict, COMMANDS)["passed"]
+
+
 def test_what_was_seen_is_known_of_the_run_that_is_asked_for():
     experiment = Experiment(corridor(2.0))
     runs = [played(corridor(seconds))[0] for seconds in (1.0, 2.0)]

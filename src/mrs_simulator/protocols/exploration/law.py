@@ -19,6 +19,7 @@ from mrs_simulator.sensors.state import State
 AHEAD = 2  # [-] cells ahead on its way that a robot heads for
 PATIENCE = 1.0  # [s] between two plans
 ALL_ROUND = 6.2  # [rad] from the first to the last ray, from which on a laser looks everywhere
+CLOSE = 0.7  # [-] of the distance kept from others, within which none heads for another
 LOOKS = 2.0  # [1/s] looks at which the verdict sees the floor anew
 
 
@@ -33,8 +34,9 @@ class Exploration(PioneerControl):
     """Each robot goes to the nearest cell of the floor that no robot has seen and it is nearest to.
 
     Nearest by ways that are free for robots: the floor is shared as a Voronoi diagram of these.  What a
-    laser shows is seen.  A cell that is still not seen from where its way ends is given up.  The law knows
-    all robots and the map.
+    laser shows is seen.  A cell that is still not seen from where its way ends is given up.  A robot that
+    heads for a nearby one of a lower number waits, and makes room where one that is close heads for it;
+    none heads for one that is close.  The law knows all robots and the map.
 
     Theorem: nothing is left in the end, since each plan leads to a cell that is then seen or given up, and
     there are finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).
@@ -71,7 +73,10 @@ class Exploration(PioneerControl):
             self._plan(hand)
             self._planned = self.time
         u = np.array([self._towards(row, point) for row, point in enumerate(hand)])
-        u[self._waits(hand, u)] = 0.0
+        waits = self._waits(hand, u)
+        u[waits] = 0.0
+        self._make_room(hand, u, waits)
+        u[self._heads(hand, u, CLOSE * self.apart).any(axis=1)] = 0.0
         return u
 
     def floor(self):
@@ -100,6 +105,8 @@ class Exploration(PioneerControl):
             if cells[row] == self._end(row) and not self._seen[goal]:
                 self._seen[goal] = True  # given up
         nearest = np.argmin(ways, axis=0)
+        # Down these, which are no ways, leads away from each robot.
+        self._away = np.where(floor.open & np.isfinite(ways), -ways, np.inf)
         self._goals, self._next = {}, {}
         for row in range(len(hand)):
             left = np.where(self._seen | ~floor.free, np.inf, ways[row])
@@ -139,12 +146,9 @@ class Exploration(PioneerControl):
 
         Or for one that waits for a lower number than theirs: so none wait in a circle.
         """
-        way = hand - hand[:, np.newaxis]
-        near = np.hypot(way[..., 0], way[..., 1]) < self.apart + self.cell
-        if np.count_nonzero(near) == len(hand):  # each is near itself alone
+        meets = self._heads(hand, u, self.apart + self.cell)
+        if not meets.any():
             return np.zeros(len(hand), dtype=bool)
-        heads = np.einsum("ijk,ik->ij", way, u) > 0.0
-        meets = near & heads
         each = np.arange(len(hand))
         own = each[:, np.newaxis]
         after = meets & (each < own)
@@ -152,16 +156,42 @@ class Exploration(PioneerControl):
         behind = meets & (each > own) & (first < own)
         return (after | behind).any(axis=1)
 
+    def _make_room(self, hand, u, waits):
+        """Let robots that wait close before others go where the nearest of these has farther to go."""
+        if waits.any():
+            heads = self._heads(hand, u, CLOSE * self.apart)
+            for row in waits.nonzero()[0]:
+                (others,) = heads[:, row].nonzero()
+                if len(others):
+                    way = hand[others] - hand[row]
+                    other = others[np.argmin(np.hypot(way[:, 0], way[:, 1]))]
+                    u[row] = self._along(self._away[other], hand[row], (row, other))
+
+    @staticmethod
+    def _heads(hand, u, distance):
+        """Return which robots head for which others within a ``distance`` [m], (n, n) bool."""
+        way = hand - hand[:, np.newaxis]
+        near = np.hypot(way[..., 0], way[..., 1]) < distance
+        if np.count_nonzero(near) == len(hand):  # each is near itself alone
+            return np.zeros(near.shape, dtype=bool)
+        return near & (np.einsum("ijk,ik->ij", way, u) > 0.0)
+
     def _towards(self, row, point):
         """Return the velocity (2,) of a robot on its way."""
         if row not in self._goals:
             return np.zeros(2)
-        floor, (_, back) = self._floor, self._goals[row]
-        cell = floor.cell(point)
-        if (row, cell) not in self._next:
-            then = np.array(floors.downhill(back, cell, AHEAD))
-            self._next[row, cell] = floor.corner + floor.size * then
-        way = self._next[row, cell] - point
+        return self._along(self._goals[row][1], point, row)
+
+    def _along(self, far, point, key):
+        """Return the velocity (2,) from a ``point`` (2,) to where the ways ``far`` (a, b) [m] are shorter.
+
+        ``key``: what these ways are of, as long as a plan holds.
+        """
+        floor, cell = self._floor, self._floor.cell(point)
+        if (key, cell) not in self._next:
+            then = np.array(floors.downhill(far, cell, AHEAD))
+            self._next[key, cell] = floor.corner + floor.size * then
+        way = self._next[key, cell] - point
         far = np.hypot(way[0], way[1])
         return min(self.speed, far / self.period) / max(far, 1e-9) * way
 

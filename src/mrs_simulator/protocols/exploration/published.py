@@ -15,6 +15,7 @@ from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 AROUND = (*SIDES, (1, 1), (1, -1), (-1, 1), (-1, -1))
 AHEAD, PATIENCE, ROUNDS = 2, 1.0, 4  # [-] cells, [s] between plans, [-] cells beside ways
+NEAREST = 0.7  # [-] of the distance kept by ways, within which none heads for another
 
 
 class Exploration(Sensed):
@@ -117,7 +118,7 @@ class _Team:
         self.law, self.record = law, record
         self.grid = _Grid(record.obstacles, law.cell, law.room)
         self.seen = np.zeros(self.grid.shape, dtype=bool)
-        self.samples, self.goals, self.planned = {}, {}, -math.inf
+        self.samples, self.goals, self.planned, self.ways = {}, {}, -math.inf, None
 
     def velocities(self, row, time, samples, scans):
         """Return the velocities (n,) [m/s], complex, at a sample of the record."""
@@ -142,7 +143,14 @@ class _Team:
             before = (j for j in count if j != i and meets(i, j))
             return any(j < i or any(meets(j, k) for k in range(i)) for j in before)
 
-        return np.where([waits(i) for i in count], 0.0, u)
+        still = [waits(i) for i in count]
+        u, near = np.where(still, 0.0, u), NEAREST * self.law.apart
+        comes = [[j for j in count if j != i and meets(j, i)] for i in count]
+        for i in count:
+            if still[i] and comes[i]:
+                from_whom = min(comes[i], key=lambda j: abs(hand[j] - hand[i]))
+                u[i] = self._aside(from_whom, hand[i])
+        return np.where([any(meets(i, j) for j in count if j != i) for i in count], 0.0, u)
 
     def _shown(self, pose, scan):
         turn = np.exp(1j * pose[2])
@@ -163,7 +171,7 @@ class _Team:
         for robot, (goal, end, _) in self.goals.items():
             if cells[robot] == end:  # given up, or seen
                 self.seen[goal] = True
-        mine, self.goals = ways.argmin(axis=0), {}
+        mine, self.goals, self.ways = ways.argmin(axis=0), {}, ways
         for robot, way in enumerate(ways):
             left = np.where(grid.free & ~self.seen, way, np.inf)
             own = np.where(mine == robot, left, np.inf)
@@ -183,9 +191,17 @@ class _Team:
     def _ahead(self, robot, point):
         if robot not in self.goals:
             return 0j
-        cell, back = self.grid.cell(point), self.goals[robot][2]
+        return self._velocity(point, self.goals[robot][2])
+
+    def _aside(self, other, point):
+        """Return the velocity from ``point`` to where it is farther from the robot ``other``."""
+        far = self.ways[other]
+        return self._velocity(point, np.where(self.grid.open & (far < math.inf), -far, math.inf))
+
+    def _velocity(self, point, lengths):
+        cell = self.grid.cell(point)
         for _ in range(AHEAD):
-            cell = self.grid.down(back, cell)
+            cell = self.grid.down(lengths, cell)
         way = self.grid.corner + self.grid.size * complex(*cell) - point
         return min(self.law.speed, abs(way) / self.record.period) * way / max(abs(way), 1e-9)
 

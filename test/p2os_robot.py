@@ -81,7 +81,8 @@ class P2osRobot(Robot):
         )
         most = rospy.get_param("~max_xspeed", MAX_SPEED), rospy.get_param("~max_yawspeed", MAX_TURN)
         self._commands, self._inbox, self._lock = Commands(*most), {}, threading.Lock()
-        self._due = self._spoke = time.monotonic()
+        self._due = time.monotonic()
+        self._silence = 0.0  # [s] of the robot's own time, which a busy machine slows down
         self._lost = threading.Event()
         self._wall = rospy.get_param("~wall", math.inf)
         self._fires = rospy.get_param("~use_sonar", False)
@@ -122,7 +123,8 @@ class P2osRobot(Robot):
     def step(self, duration):
         """Move on by ``duration`` [s], as the firmware lets it."""
         told = self.target
-        if time.monotonic() - self._spoke > FIRMWARE:
+        self._silence += duration
+        if self._silence > FIRMWARE:
             self.target = np.zeros((1, 2))
         super().step(duration)
         self.target = told
@@ -142,11 +144,11 @@ class P2osRobot(Robot):
                 self._commands.take(twist.linear.x, twist.angular.z, time.monotonic())
             if "motors" in inbox:
                 self.motors = inbox["motors"].state != 0
-                self._spoke = time.monotonic()
+                self._silence = 0.0
                 self._await_packet(publish=False)
 
     def _send(self, column, value):
-        self.target[0, column], self._spoke = value, time.monotonic()
+        self.target[0, column], self._silence = value, 0.0
         self._await_packet()
 
     def _await_packet(self, publish=True):

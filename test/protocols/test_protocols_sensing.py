@@ -214,6 +214,13 @@ def test_explorers_that_want_through_one_door_make_room_and_do_not_touch(poses, 
     assert check(verdict, COMMANDS)["passed"]
 
 
+@pytest.mark.parametrize("pose", [[4.11, -1.4, -2.62], [4.12, -1.27, -1.35]])
+def test_an_explorer_whose_goal_lies_behind_it_turns_beside_a_wall_without_touching(pose):
+    poses = [[-4.6, 0.0, 0.0], [-6.2, 0.0, 0.0], pose]
+    verdict = simulate(shipped("exploration", duration=2.0).changed(poses=poses)).verdict
+    assert not failed(verdict) and check(verdict, COMMANDS)["passed"]
+
+
 def test_what_was_seen_is_known_of_the_run_that_is_asked_for():
     experiment = Experiment(corridor(2.0))
     runs = [played(corridor(seconds))[0] for seconds in (1.0, 2.0)]

@@ -7,11 +7,12 @@ import numpy as np
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.fields import POSITIVE, Parameter
-from mrs_simulator.core.kinematics import direction_of, wrap_angle
+from mrs_simulator.core.kinematics import cos_sin, direction_of, wrap_angle
 from mrs_simulator.core.snapshots import Constant
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.exploration import equations as floors
 from mrs_simulator.protocols.exploration import published
+from mrs_simulator.scenario.surroundings.obstacles import clearance
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
@@ -36,7 +37,8 @@ class Exploration(PioneerControl):
     Nearest by ways that are free for robots: the floor is shared as a Voronoi diagram of these.  What a
     laser shows is seen.  A cell that is still not seen from where its way ends is given up.  A robot that
     heads for a nearby one of a lower number waits, and makes room where one that is close heads for it;
-    none heads for one that is close.  The law knows all robots and the map.
+    none heads for one that is close.  Unicycles do not back to where they could not turn.  The law knows
+    all robots and the map.
 
     Theorem: nothing is left in the end, since each plan leads to a cell that is then seen or given up, and
     there are finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).
@@ -77,6 +79,7 @@ class Exploration(PioneerControl):
         u[waits] = 0.0
         self._make_room(hand, u, waits)
         u[self._heads(hand, u, CLOSE * self.apart).any(axis=1)] = 0.0
+        self._turn_first(u)
         return u
 
     def floor(self):
@@ -166,6 +169,23 @@ class Exploration(PioneerControl):
                     way = hand[others] - hand[row]
                     other = others[np.argmin(np.hypot(way[:, 0], way[:, 1]))]
                     u[row] = self._along(self._away[other], hand[row], (row, other))
+
+    def _turn_first(self, u):
+        """Let unicycles turn in place before they back so near to an obstacle that they would touch it.
+
+        Their rears reach farther than the hand is ahead, and a robot that backs turns round.
+        """
+        if self.fidelity == "point_mass":
+            return
+        ahead = np.column_stack(cos_sin(self._pose[:, 2]))
+        speed = np.einsum("ij,ij->i", ahead, u)
+        for row in (speed < 0.0).nonzero()[0]:
+            kind, own = self.team.kinds[row], speed[row] * ahead[row]
+            if kind.drive == "differential":
+                places = self._pose[row, :2] + [np.zeros(2), self.period * own]
+                now, then = np.min([clearance(each, places)[0] for each in self.obstacles], axis=0)
+                if then < min(now, kind.body.reach):
+                    u[row] -= own
 
     @staticmethod
     def _heads(hand, u, distance):

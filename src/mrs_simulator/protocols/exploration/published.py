@@ -150,7 +150,20 @@ class _Team:
             if still[i] and comes[i]:
                 from_whom = min(comes[i], key=lambda j: abs(hand[j] - hand[i]))
                 u[i] = self._aside(from_whom, hand[i])
-        return np.where([any(meets(i, j) for j in count if j != i) for i in count], 0.0, u)
+        u = np.where([any(meets(i, j) for j in count if j != i) for i in count], 0.0, u)
+        if self.record.run.scenario.fidelity == "point_mass":
+            return u
+        return np.array([self._turning(i, u[i], pose[i]) for i in count])
+
+    def _turning(self, robot, u, pose):
+        """Return the velocity ``u`` without its part that backs a unicycle to where it cannot turn."""
+        kind, heading = self.record.kinds[robot], np.exp(1j * pose[2])
+        back = (u * np.conj(heading)).real
+        if kind.drive != "differential" or back >= 0.0:
+            return u
+        way = np.array([0.0, self.record.period * back]) * heading + complex(*pose[:2])
+        now, then = np.min([_clear(each, way) for each in self.record.obstacles], axis=0)
+        return u - back * heading if then < now and then < kind.body.reach else u
 
     def _shown(self, pose, scan):
         turn = np.exp(1j * pose[2])

@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.kinematics import direction_of
 from mrs_simulator.protocols.exploration.compiled_ways import compiled_lengths, lengths
-from mrs_simulator.scenario.surroundings.obstacles import clearance
+from mrs_simulator.scenario.surroundings.obstacles import least_clearance
 
 STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
 FAR = np.inf
@@ -41,7 +41,7 @@ def floor_of(obstacles, size, room):
     corner = 0.5 * (low + high - size * (shape - 1))
     middles = corner + size * np.stack(np.indices(shape), axis=-1)
     places = middles.reshape(-1, 2)
-    far = np.min([clearance(each, places)[0] for each in obstacles], axis=0).reshape(shape)
+    far = least_clearance(obstacles, places).reshape(shape)
     return Floor(corner, size, far > 0.5 * size, far > max(room, 0.5 * size), middles)
 
 

@@ -12,7 +12,7 @@ from mrs_simulator.core.snapshots import Constant
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.exploration import equations as floors
 from mrs_simulator.protocols.exploration import published
-from mrs_simulator.scenario.surroundings.obstacles import clearance
+from mrs_simulator.scenario.surroundings.obstacles import least_clearance
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
@@ -171,9 +171,9 @@ class Exploration(PioneerControl):
                     u[row] = self._along(self._away[other], hand[row], (row, other))
 
     def _turn_first(self, u):
-        """Let unicycles turn in place before they back so near to an obstacle that they would touch it.
+        """Let unicycles turn in place before they back to where they could touch an obstacle as they turn.
 
-        Their rears reach farther than the hand is ahead, and a robot that backs turns round.
+        A robot that backs turns round, since its hand point is ahead of its centre.
         """
         if self.fidelity == "point_mass":
             return
@@ -183,7 +183,7 @@ class Exploration(PioneerControl):
             kind, own = self.team.kinds[row], speed[row] * ahead[row]
             if kind.drive == "differential":
                 places = self._pose[row, :2] + [np.zeros(2), self.period * own]
-                now, then = np.min([clearance(each, places)[0] for each in self.obstacles], axis=0)
+                now, then = least_clearance(self.obstacles, places)
                 if then < min(now, kind.body.reach):
                     u[row] -= own
 

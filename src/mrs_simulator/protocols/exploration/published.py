@@ -50,7 +50,7 @@ class _Grid:
         self.middles = self.corner + size * np.add.outer(
             np.arange(count[0]), 1j * np.arange(count[1])
         )
-        far = np.min([_clear(each, self.middles) for each in obstacles], axis=0)
+        far = _room(obstacles, self.middles)
         self.free, self.open = far > 0.5 * size, far > max(room, 0.5 * size)
 
     def cell(self, point):
@@ -162,7 +162,7 @@ class _Team:
         if kind.drive != "differential" or back >= 0.0:
             return u
         way = np.array([0.0, self.record.period * back]) * heading + complex(*pose[:2])
-        now, then = np.min([_clear(each, way) for each in self.record.obstacles], axis=0)
+        now, then = _room(self.record.obstacles, way)
         return u - back * heading if then < now and then < kind.body.reach else u
 
     def _shown(self, pose, scan):
@@ -229,6 +229,11 @@ def _extent(obstacle):
         half = cos * a + sin * b, sin * a + cos * b
     at = obstacle.x, obstacle.y
     return [p - h for p, h in zip(at, half)], [p + h for p, h in zip(at, half)]
+
+
+def _room(obstacles, points):
+    """Return how far ``points``, complex [m], are outside the nearest obstacle; 0 or less within."""
+    return np.min([_clear(each, points) for each in obstacles], axis=0)
 
 
 def _clear(obstacle, points):

@@ -21,7 +21,7 @@ from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.protocols.common import attracting
 from mrs_simulator.protocols.sensing import equations as laws
 from mrs_simulator.protocols.sensing import published
-from mrs_simulator.scenario.surroundings.obstacles import clearance
+from mrs_simulator.scenario.surroundings.obstacles import least_clearance
 from mrs_simulator.sensors.mounts import fitted_mounts
 
 MET = 0.05  # [m] extent of a team that has met
@@ -329,7 +329,7 @@ class WallFollowing(Sensing):
     def from_wall(self, hand):
         """Return the distances (..., n) [m] of points ``hand`` (..., n, 2) from the nearest obstacle."""
         points = np.reshape(hand, (-1, 2))
-        far = np.min([clearance(each, points)[0] for each in self.obstacles], axis=0)
+        far = least_clearance(self.obstacles, points)
         return far.reshape(np.shape(hand)[:-1])
 
     def gaps(self, pose):

@@ -95,6 +95,11 @@ def clearance(obstacle, points):
     return np.where(within, beyond.max(axis=1), far), (side * out) @ turn
 
 
+def least_clearance(obstacles, points):
+    """Return how far ``points`` (n, 2) are from the nearest of ``obstacles``, (n,) [m]; negative inside."""
+    return np.min([clearance(each, points)[0] for each in obstacles], axis=0)
+
+
 def _directions(vectors, length):
     """Return ``vectors`` (n, 2) over their ``length`` (n,); the x axis for those without one."""
     known = (length > 0.0)[:, np.newaxis]

@@ -200,6 +200,22 @@ def test_who_starts_in_place_passes_without_a_rate(tmp_path, name):
     assert rates and {one["passed"] for one in rates} == {None}
 
 
+def test_a_follower_that_turns_far_in_its_first_commands_passes(tmp_path):
+    """Commands held for 0.2 s turn it by 1 rad: far from where the linearised law's rates hold."""
+    poses = [
+        [-0.018, 0.065, 0.476],
+        [-1.506, 1.318, 0.353],
+        [-2.423, -1.446, -0.086],
+        [-3.723, 1.805, 0.772],
+        [-3.489, -3.327, 0.383],
+    ]
+    given = shipped("leader_follower", rate=5.0, poses=poses, duration=42.0)
+    verdict = verdict_of(given, tmp_path)
+    assert verdict["passed"], failed(verdict)
+    rates = [one for one in verdict["checks"] if one["name"].startswith("decay rate")]
+    assert rates and all(one["passed"] for one in rates)
+
+
 def test_a_row_of_followers_keeps_separation_and_bearing(tmp_path):
     """Each follows the one ahead and knows its command, so that no error is handed on."""
     row = [[-1.6 * i, 0.1 * i, 0.0] for i in range(4)]

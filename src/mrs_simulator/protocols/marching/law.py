@@ -38,6 +38,7 @@ FREE = Names("", "drift of the centre from the path [m]", "")
 IN_A_ROW = 0.05  # [-] of the rate of who follows a follower, whose commands are held, too
 # [-] of what held commands add to the rate of points, that robots which turn meanwhile may be off it
 HELD = 2.0
+LINEAR = 0.7  # [rad] by which one command may turn a robot that the linearised law is to hold of
 SPEED = Parameter("speed", 0.4, "m/s", low=0.0, high=10.0, meaning="along the path")
 RADIUS = Parameter(
     "radius",
@@ -398,7 +399,12 @@ class LeaderFollower(Shaped):
         return float(np.abs(self._errors(run)[column][-1]).max(initial=0.0))
 
     def _rate(self, run, column):
-        return first_rate(run.time, np.linalg.norm(self._errors(run)[column], axis=1))
+        turn = self.period * np.abs(run.command[:-1, :, run.axes.index("angular.z")]).max(axis=1)
+        first = int(np.flatnonzero(np.append(True, turn > LINEAR))[-1])  # sample after the last
+        error = np.linalg.norm(self._errors(run)[column], axis=1)
+        if 2 * first > len(error):  # robots do not come near where the law is linear
+            first = 0
+        return first_rate(run.time[first:], error[first:])
 
     def _errors(self, run):
         """Return the followers' errors of separation [m] and bearing [rad], (m, followers) each."""

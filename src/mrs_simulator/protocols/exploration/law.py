@@ -171,7 +171,7 @@ class Exploration(PioneerControl):
                     u[row] = self._along(self._away[other], hand[row], (row, other))
 
     def _turn_first(self, u):
-        """Let unicycles turn in place before they back to where they could touch an obstacle as they turn.
+        """Let unicycles turn in place before they back to where they could touch something as they turn.
 
         A robot that backs turns round, since its hand point is ahead of its centre.
         """
@@ -183,9 +183,22 @@ class Exploration(PioneerControl):
             kind, own = self.team.kinds[row], speed[row] * ahead[row]
             if kind.drive == "differential":
                 places = self._pose[row, :2] + [np.zeros(2), self.period * own]
-                now, then = least_clearance(self.obstacles, places)
-                if then < min(now, kind.body.reach):
+                if self._comes_too_near(row, places):
                     u[row] -= own
+
+    def _comes_too_near(self, row, places):
+        """Return whether a robot cannot turn at the second of ``places`` (2, 2) [m] of its centre.
+
+        That is nearer than the first to an obstacle, and than its reach, or to another robot, and than the
+        reach of both.
+        """
+        reach = np.array([kind.body.reach for kind in self.team.kinds])
+        now, then = least_clearance(self.obstacles, places)
+        if then < min(now, reach[row]):
+            return True
+        way = self._pose[:, :2] - places[:, np.newaxis]
+        now, then = np.hypot(way[..., 0], way[..., 1])
+        return bool((then < np.minimum(now, reach + reach[row])).any())
 
     @staticmethod
     def _heads(hand, u, distance):

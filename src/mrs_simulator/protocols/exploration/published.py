@@ -153,17 +153,21 @@ class _Team:
         u = np.where([any(meets(i, j) for j in count if j != i) for i in count], 0.0, u)
         if self.record.run.scenario.fidelity == "point_mass":
             return u
-        return np.array([self._turning(i, u[i], pose[i]) for i in count])
+        return np.array([self._turning(i, u[i], pose) for i in count])
 
     def _turning(self, robot, u, pose):
         """Return the velocity ``u`` without its part that backs a unicycle to where it cannot turn."""
-        kind, heading = self.record.kinds[robot], np.exp(1j * pose[2])
+        kinds, at = self.record.kinds, pose[:, :2] @ [1.0, 1j]
+        kind, heading = kinds[robot], np.exp(1j * pose[robot, 2])
         back = (u * np.conj(heading)).real
         if kind.drive != "differential" or back >= 0.0:
             return u
-        way = np.array([0.0, self.record.period * back]) * heading + complex(*pose[:2])
-        now, then = _room(self.record.obstacles, way)
-        return u - back * heading if then < now and then < kind.body.reach else u
+        way = np.array([0.0, self.record.period * back]) * heading + at[robot]
+        rooms = [(*_room(self.record.obstacles, way), kind.body.reach)]
+        for other in set(range(len(at))) - {robot}:
+            rooms.append((*abs(way - at[other]), kind.body.reach + kinds[other].body.reach))
+        cannot = any(then < now and then < wanted for now, then, wanted in rooms)
+        return u - back * heading if cannot else u
 
     def _shown(self, pose, scan):
         turn = np.exp(1j * pose[2])

@@ -221,6 +221,12 @@ def test_an_explorer_whose_goal_lies_behind_it_turns_beside_a_wall_without_touch
     assert not failed(verdict) and check(verdict, COMMANDS)["passed"]
 
 
+def test_an_explorer_whose_goal_lies_behind_it_turns_beside_another_without_touching():
+    poses = [[-5.47, -0.34, -0.32], [-6.12, 0.1, 1.96], [-0.84, 0.12, 0.0]]
+    verdict = simulate(shipped("exploration", duration=2.0).changed(poses=poses)).verdict
+    assert not failed(verdict) and check(verdict, COMMANDS)["passed"]
+
+
 def test_what_was_seen_is_known_of_the_run_that_is_asked_for():
     experiment = Experiment(corridor(2.0))
     runs = [played(corridor(seconds))[0] for seconds in (1.0, 2.0)]

@@ -14,19 +14,16 @@ import operator
 import os
 import time
 
-import numpy as np
 import yaml
 
 from mrs_simulator.core.writing import write_text
-from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_of_file
 from mrs_simulator.scenario.search import search_from
 from mrs_simulator.scenario.shipped import shipped_scenarios
-from mrs_simulator.study.run.experiment import played
 from mrs_simulator.study.run.sweep import put_key
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.margins import RATE, Margins, axes_of
-from mrs_simulator.study.search.space import Space, content_with
+from mrs_simulator.study.search.space import Space
 from mrs_simulator.verdict.requirements.results import line_of
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
@@ -98,9 +95,6 @@ def measured(name, jobs=None):
     scenario = scenario_of_file(content, path)
     search = Search(content, path, None, jobs)
     found = Margins(search, axes_of(scenario, content, ALONG), scenario.n).found(together=False)
-    still = played(scenario)[0].pose
-    for axis in found["axes"]:
-        axis["acts"] = acts(axis, content, path, still)
     space = Space(starts(scenario.poses, given["near"]), scenario.n)
     near = Search(content, path, space, jobs)
     near.nominal()
@@ -118,20 +112,6 @@ def measured(name, jobs=None):
             "text": line_of(broken.trial.worst),
         },
     }
-
-
-def acts(axis, content, path, nominal):
-    """Return whether poses at the end of ``axis`` are others than the ``nominal`` ones (m, n, 3).
-
-    They are the same, to the bit, where a protocol knows nothing of what varies: messages lost by those
-    that use none.
-    """
-    changed = content_with(content, {axis["key"]: axis["end"]}, path)
-    try:
-        pose = played(scenario_of_file(changed, path))[0].pose
-    except ScenarioError:  # refused, as the axis says
-        return True
-    return not np.array_equal(pose, nominal)
 
 
 def starts_of(variation, robots):

@@ -6,7 +6,8 @@ import pytest
 
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
-from mrs_simulator.study.draw.margins_figure import WORDS, margins_figure
+from mrs_simulator.study.draw.margins_figure import NEUTRAL, WORDS, margins_figure
+from mrs_simulator.study.draw.sweep_figures import PASSED
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.study.search.margin_checks import (
     MarginsError,
@@ -186,7 +187,36 @@ def test_a_wide_table_is_listed_axis_by_axis():
         "links.loss 0 to 1: all 3 hold",
         "9 runs",
     ]
+    without = report_with(claims)
+    without["axes"][1]["acts"] = False
+    assert lines_of(without)[2] == "links.loss 0 to 1: no effect"
     assert "  near" in lines_of(report_with(["kept", "near"]))[0]  # which fits a table
+
+
+TRACKING = SCENARIO.replace("consensus", "trajectory").replace(
+    "agree: eventually[0, 19] ", "apart: "
+)
+
+
+def test_an_axis_without_effect_is_said_to_have_none(tmp_path, capsys):
+    """The law receives no messages, of which none is lost, then; its robots obey late."""
+    path, out = scenario_file(tmp_path, TRACKING.replace("< 0.1", "> 0.1")), tmp_path / "out"
+    along = "--along", "links.loss=0.9", "--along", "mismatch.delay=0.2"
+    assert run(path, "--out", out, *along, "--formats", "") == 0
+    report = read_margins(str(out))
+    assert [axis["acts"] for axis in report["axes"]] == [False, True]
+    said = capsys.readouterr().out
+    assert "links.loss 0 to 0.9          no effect" in said
+    assert "same to spare, to the bit, at each value tried of links.loss\n" in said
+    (check,) = margin_checks(report, {"links.loss": [0.1]})
+    assert check.passed and check.text == "0.1 measured, no effect to 0.9"
+    for row in report["axes"]:
+        row["breaks"] = dict.fromkeys(report["nominal"])
+    figure = margins_figure(report, 5.0)
+    grey, green = [{line.get_color() for line in panel.lines} for panel in figure.axes]
+    assert NEUTRAL in grey - green and PASSED in green - grey
+    texts = [each.get_text() for each in figure.axes[0].get_legend().get_texts()]
+    assert texts == ["scenario", "holds", "breaks", "no effect"]
 
 
 def test_the_figure_has_words_and_units_of_every_usual_axis():

@@ -4,11 +4,12 @@ from matplotlib.lines import Line2D
 
 from mrs_simulator.study.draw.canvas import new_figure, settle, styled
 from mrs_simulator.study.draw.sweep_figures import FAILED, PASSED
+from mrs_simulator.study.search.margins import acts
 
 STRIP, REST = 0.2, 0.62  # [in], height of one requirement's bar, and of the rest of an axis
 BEYOND = 0.03  # [-] of an axis, drawn beyond its ends
 LEGEND, WIDE = 0.3, 5.0  # [in], height of a row, and width that four entries need
-CORNER = "tab:blue"
+CORNER, NEUTRAL = "tab:blue", "0.75"
 WORDS = {  # with units, for the usual axes
     "mismatch.delay": "delay of commands [s]",
     "links.loss": "share of lost messages [-]",
@@ -23,13 +24,14 @@ def margins_figure(report, width):
     """Return the figure of a ``report`` of the program ``margins``, ``width`` [in] wide.
 
     A panel for each axis, in its own unit from the nominal value on; a bar for each requirement, up to
-    where it breaks; where several differ together, the corner at which one breaks first.
+    where it breaks, grey along an axis of no effect; where several differ together, the corner at which
+    one breaks first.
     """
     panels, names = {}, list(report["nominal"])
     corner = (report.get("together") or {}).get("corner") or {}
     for axis in report["axes"]:
         panels.setdefault(axis["key"], []).append(axis)
-    handles = _legend(corner)
+    handles = _legend(corner, all(map(acts, report["axes"])))
     columns = len(handles) if len(handles) < 4 or width >= WIDE else 2
     rows = -(-len(handles) // columns)
     figure = new_figure(width, LEGEND * rows + len(panels) * (REST + STRIP * len(names)))
@@ -47,12 +49,14 @@ def margins_figure(report, width):
     return figure
 
 
-def _legend(corner):
+def _legend(corner, all_act):
+    idle = Line2D([], [], color=NEUTRAL, linewidth=6.0, label="no effect")
     worst = Line2D([], [], color=CORNER, linestyle="-.", label="worst corner, together")
     return [
         Line2D([], [], color="0.2", linestyle=":", label="scenario"),
         Line2D([], [], color=PASSED, linewidth=6.0, label="holds"),
         Line2D([], [], color=FAILED, marker="x", linestyle="", markersize=6.0, label="breaks"),
+        *([] if all_act else [idle]),
         *([worst] if corner else []),
     ]
 
@@ -61,10 +65,11 @@ def _draw_axes(panel, axes, names):
     """Draw the bars of ``axes`` of one key, all of which begin at its nominal value."""
     ends = [axes[0]["nominal"], *(axis["end"] for axis in axes)]
     for axis in axes:
+        color = PASSED if acts(axis) else NEUTRAL
         for row, name in enumerate(names):
             pair = axis["breaks"][name]
             bar = [axis["nominal"], pair[0] if pair else axis["end"]]
-            panel.plot(bar, [row, row], color=PASSED, linewidth=6.0, solid_capstyle="butt")
+            panel.plot(bar, [row, row], color=color, linewidth=6.0, solid_capstyle="butt")
             if pair:
                 panel.plot([pair[1]], [row], "x", color=FAILED, markersize=6.0)
     panel.axvline(ends[0], color="0.2", linestyle=":", linewidth=1.0)

@@ -109,6 +109,11 @@ def _nominal(content, key, missing):
     return float(found) if number else None
 
 
+def acts(row):
+    """Return whether what is asked for differs along an axis, the ``row`` of a report; True of old ones."""
+    return row.get("acts", True)
+
+
 class Margins:
     """What is found by runs of a ``breaking.Search`` along ``axes``."""
 
@@ -121,7 +126,8 @@ class Margins:
 
         ``nominal``: what each requirement has to spare, by name; ``axes``: for each its ``key``,
         ``unit``, ``nominal``, ``end``, by name in ``breaks`` the pair of the last value that holds and
-        the first that breaks, or None, how many values were ``tried``, and why others were ``refused``;
+        the first that breaks, or None, how many values were ``tried``, why others were ``refused``, and
+        whether it ``acts``: not where all have the same to spare, to the bit, at each value that was tried;
         ``failed``: how the law ended a run, "" if it did not; ``dead``: by robot the names
         that break without it; ``together``: see :meth:`_together`.  Raises ``ScenarioError`` where the
         scenario itself breaks.
@@ -133,8 +139,9 @@ class Margins:
         if not trial.spares:
             text = "{}: nothing is judged; wanted requirements, or a run that is long enough"
             raise ScenarioError(text.format(self._search.path))
-        names = list(trial.spares)
-        axes = [self._row(axis, *pair) for axis, pair in zip(self._axes, self._scanned(names))]
+        axes = [
+            self._row(axis, *pair) for axis, pair in zip(self._axes, self._scanned(trial.spares))
+        ]
         return {
             "nominal": trial.spares,
             "failed": self._failed,
@@ -145,12 +152,12 @@ class Margins:
 
     # Along one axis ------------------------------------------------------------------------------
 
-    def _row(self, axis, breaks, tried, refused):
+    def _row(self, axis, breaks, tried, refused, acts):
         plain = {"key": axis.key, "unit": axis.unit, "nominal": axis.nominal, "end": axis.end}
-        return {**plain, "breaks": breaks, "tried": tried, "refused": refused}
+        return {**plain, "breaks": breaks, "tried": tried, "refused": refused, "acts": acts}
 
-    def _scanned(self, names):
-        """Return by axis what breaks where, how many values were tried, and why others were refused."""
+    def _scanned(self, nominal):
+        """Return the last four arguments of :meth:`_row` for each axis."""
         shares = [(k + 1.0) / POINTS for k in range(POINTS)]
         points = [(axis, share) for axis in self._axes for share in shares]
         trials = self._search.tried([{axis.key: axis.at(share)} for axis, share in points])
@@ -161,9 +168,12 @@ class Margins:
             known = [(share, trial.spares) for share, trial in mine if not trial.error]
             ended = (t.worst["note"] for _, t in mine if t.worst and t.worst["name"] == LAW)
             self._failed = self._failed or next(ended, "")
-            found.append(({name: _first(known, name) for name in names}, len(known), refused))
-        self._bisect([breaks for breaks, _, _ in found])
-        for axis, (breaks, _, _) in zip(self._axes, found):
+            acts = not known or any(spares != nominal for _, spares in known)
+            found.append(
+                ({name: _first(known, name) for name in nominal}, len(known), refused, acts)
+            )
+        self._bisect([breaks for breaks, *_ in found])
+        for axis, (breaks, *_) in zip(self._axes, found):
             for name, pair in breaks.items():
                 breaks[name] = [axis.at(share) for share in pair] if pair else None
         return found

@@ -15,11 +15,11 @@ from mrs_simulator.study.draw.style import add_look, look_of
 from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.search.break_command import add_runs, exit_with, tell
 from mrs_simulator.study.search.breaking import Search
-from mrs_simulator.study.search.margins import Margins, axes_of
+from mrs_simulator.study.search.margins import Margins, acts, axes_of
 from mrs_simulator.study.search.space import check_keys
 
 REPORT, FIGURE = "margins.json", "margins"
-HOLDS = "holds"
+HOLDS, IDLE = "holds", "no effect"
 WIDEST = 100  # columns of a table; a wider one is listed axis by axis
 
 
@@ -93,6 +93,10 @@ def lines_of(report):
         for axis in report["axes"]
         if axis["refused"]
     ]
+    idle = list(dict.fromkeys(axis["key"] for axis in report["axes"] if not acts(axis)))
+    if idle:
+        text = "no effect: all have the same to spare, to the bit, at each value tried of {}"
+        lines.append(text.format(", ".join(idle)))
     if report["together"]:
         lines.append(_together(report["together"]))
     if report["failed"]:
@@ -110,6 +114,9 @@ def _listed(rows):
     (_, *names), *rows = rows
     width, lines = max(map(len, names)), []
     for label, *cells in rows:
+        if set(cells) == {IDLE}:
+            lines.append("{}: {}".format(label, IDLE))
+            continue
         broken = [pair for pair in zip(names, cells) if pair[1] != HOLDS]
         rest = "" if broken else ": all {} hold".format(len(names))
         if broken and len(broken) < len(names):
@@ -124,6 +131,8 @@ def _cells(axis, names):
     label = "{}{} {:.4g} to {:.4g}".format(axis["key"], unit, axis["nominal"], axis["end"])
     if not axis["tried"]:
         return [label, *("refused" for _ in names)]
+    if not acts(axis):
+        return [label, *(IDLE for _ in names)]
     cells = [
         "breaks at {:.4g}".format(axis["breaks"][name][1]) if axis["breaks"][name] else HOLDS
         for name in names

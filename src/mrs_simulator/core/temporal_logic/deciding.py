@@ -54,7 +54,7 @@ def _certain(evaluation, formula, true, strictly):
         return found
     if isinstance(formula, (Each, Some)):
         return _of_members(evaluation, formula, true, strictly)
-    windows = evaluation.windows(formula.window)
+    windows = evaluation.windows(formula)
     # of windows that are seen to their end
     known = np.inf if windows.unbounded else np.where(windows.cut, np.inf, windows.known)
     if isinstance(formula, Until):

@@ -57,6 +57,7 @@ class Always(NamedTuple):
 
     operand: Any
     window: Tuple[float, float] = UNBOUNDED
+    position: int = 0  # of the window, in the formula's text
 
 
 class Eventually(NamedTuple):
@@ -64,6 +65,7 @@ class Eventually(NamedTuple):
 
     operand: Any
     window: Tuple[float, float] = UNBOUNDED
+    position: int = 0  # of the window, in the formula's text
 
 
 class Until(NamedTuple):
@@ -72,6 +74,7 @@ class Until(NamedTuple):
     left: Any
     right: Any
     window: Tuple[float, float] = UNBOUNDED
+    position: int = 0  # of the window, in the formula's text
 
 
 class Each(NamedTuple):
@@ -79,6 +82,7 @@ class Each(NamedTuple):
 
     domain: str
     operand: Any
+    position: int = 0  # of the domain, in the formula's text
 
 
 class Some(NamedTuple):
@@ -86,6 +90,7 @@ class Some(NamedTuple):
 
     domain: str
     operand: Any
+    position: int = 0  # of the domain, in the formula's text
 
 
 def children(formula):

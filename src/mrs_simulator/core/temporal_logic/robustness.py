@@ -149,7 +149,7 @@ def _check_quantifiers(formula, text, signals, outer):
                     outer.domain
                 )
             )
-            raise FormulaError(message, text, max(0, text.rfind(formula.domain)))
+            raise FormulaError(message, text, formula.position)
         inner = formula
     for child in children(formula):
         _check_quantifiers(child, text, signals, inner)
@@ -235,20 +235,21 @@ class _Evaluation:
         if isinstance(formula, Until):
             return self._until(formula)
         if isinstance(formula, Eventually):
-            return self._eventually(self.of(formula.operand), formula.window)
-        return self._eventually(self.of(formula.operand).negated(), formula.window).negated()
+            return self._eventually(self.of(formula.operand), formula)
+        return self._eventually(self.of(formula.operand).negated(), formula).negated()
 
-    def windows(self, window):
-        """Return the ``Windows`` of samples that ``window`` [s] means."""
+    def windows(self, formula):
+        """Return the ``Windows`` of samples that the window [s] of ``formula`` means."""
+        window = formula.window
         if window not in self._windows:
             try:
                 self._windows[window] = Windows(self.time, window)
             except ValueError as error:
-                raise FormulaError(str(error), self.text, max(0, self.text.find("["))) from None
+                raise FormulaError(str(error), self.text, formula.position) from None
         return self._windows[window]
 
-    def _eventually(self, inner, window):
-        windows = self.windows(window)
+    def _eventually(self, inner, formula):
+        windows = self.windows(formula)
         cut = windows.cut
         low = windows.maximum(inner.low)
         if inner.is_known and not cut.any():
@@ -258,7 +259,7 @@ class _Evaluation:
 
     def _until(self, formula):
         left, right = self.of(formula.left), self.of(formula.right)
-        windows = self.windows(formula.window)
+        windows = self.windows(formula)
         cut = windows.cut
         low = high = until_within(left.low, right.low, windows)
         if not (left.is_known and right.is_known):
@@ -342,7 +343,7 @@ class _Evaluation:
             return self._deciding_member(formula, row, side)
         if isinstance(formula, Until):
             return self._until_reason(formula, row, side)
-        windows = self.windows(formula.window)
+        windows = self.windows(formula)
         values = getattr(self.of(formula.operand), side)[windows.begin[row] : windows.end[row]]
         best = np.argmax if isinstance(formula, Eventually) else np.argmin
         return self.reason(formula.operand, int(windows.begin[row]) + int(best(values)), side)
@@ -366,7 +367,7 @@ class _Evaluation:
         return self.part(formula.domain, member).reason(formula.operand, row, side)
 
     def _until_reason(self, formula, row, side):
-        windows = self.windows(formula.window)
+        windows = self.windows(formula)
         left, right = (getattr(self.of(each), side) for each in (formula.left, formula.right))
         first, end = int(windows.begin[row]), int(windows.end[row])
         held = np.minimum.accumulate(np.concatenate([[np.inf], left[row : end - 1]]))[first - row :]

@@ -159,8 +159,8 @@ class _Reader:
         left = self.unary()
         if not self.take("until"):
             return left
-        window = self.window()
-        return Until(left, self.unary(), window)
+        position, window = self.position, self.window()
+        return Until(left, self.unary(), window, position)
 
     def unary(self):
         """Return what one operator makes of the formula behind it, or an atom."""
@@ -171,14 +171,14 @@ class _Reader:
             return Not(self.unary())
         word = self.take("always", "eventually")
         if word:
-            window = self.window()
-            return (Always if word == "always" else Eventually)(self.unary(), window)
+            position, window = self.position, self.window()
+            return (Always if word == "always" else Eventually)(self.unary(), window, position)
         word = self.take("each", "some")
         if word:
-            domain = self.take(*DOMAINS)
+            position, domain = self.position, self.take(*DOMAINS)
             if not domain:
                 self.refuse("wanted one of {} behind `{}`".format(", ".join(DOMAINS), word))
-            return (Each if word == "each" else Some)(domain, self.unary())
+            return (Each if word == "each" else Some)(domain, self.unary(), position)
         if self.take("("):
             inner = self.formula()
             self.expect(")")

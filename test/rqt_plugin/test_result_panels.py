@@ -250,11 +250,12 @@ def test_a_check_that_fails_or_is_called_off_starts_nothing():
     assert run.outcome == "" and not run.cancel()
 
 
-def test_a_stage_that_is_received_late_still_says_which_robots_are_real(tmp_path):
+@pytest.mark.parametrize("simulated", [True, False])
+def test_a_stage_that_is_received_late_still_says_which_robots_are_real(tmp_path, simulated):
     class Late(Connection):
         do = staticmethod(lambda name, work: answers.append(work()))
         registered = {"stage"}
-        has_simulated_time = staticmethod(lambda: True)
+        has_simulated_time = staticmethod(lambda: simulated)
         controller_arguments = staticmethod(lambda topics: [])
         snapshot = staticmethod(lambda: snapshot)
         asked = 0
@@ -280,7 +281,7 @@ def test_a_stage_that_is_received_late_still_says_which_robots_are_real(tmp_path
     assert run.ended(*answers[0]) and run.real == ["_real:=[2]"]
     connection.registered, connection.asked = set(), -9
     run.begin("scenario.yaml", accepted=frozenset())
-    assert [found.what for found in answers[1][1][1]] == ["clock"]
+    assert [found.what for found in answers[1][1][1]] == ["clock"] * simulated
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from mrs_simulator.scenario.reading import Section, read_json, reason
 from mrs_simulator.state.columns import REAL as IS_REAL
 
 LIMIT = 120.0  # [s] of wall time for the whole check
-PATIENCE = 10.0  # [s] of wall time in which a stage that sets the time has to publish its status
+PATIENCE = 10.0  # [s] of wall time in which a stage has to publish its status
 NAP = 0.02  # [s] of wall time
 
 
@@ -85,7 +85,8 @@ class PreflightRun:
         path = os.path.join(self._processes.directory, "preflight.json")
         if os.path.exists(path):
             os.remove(path)
-        if self._connection.has_simulated_time() and not self._has_stage():
+        has_stage = self._has_stage()  # which says whose robots are real, on wall time, too
+        if self._connection.has_simulated_time() and not has_stage:
             findings.append(
                 Finding("", "clock", "/use_sim_time is true, and no stage runs", "false")
             )

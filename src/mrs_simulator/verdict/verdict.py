@@ -59,7 +59,7 @@ NONE_OF_THEM = "none of its claims applies"
 NONE_APPLY = "none of the protocol's claims applies to this run"
 STILL = "robots held still by the safety filter"
 BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
-MOST_COLLISIONS = 3  # [-] that are named
+MOST_NAMED = 3  # [-] collisions, or incidents
 FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
 TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
@@ -337,13 +337,18 @@ def _collisions(run, led=None):
     if run.meta.get("collisions_unknown"):
         return Check("collisions", 0, None, 0, None, note="none was reported")
     check = _compare("collisions", 0, len(run.collisions), 0, "equal")
-    named = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
-    more = ", ..." if len(named) > MOST_COLLISIONS else ""
-    note = ", ".join(named[:MOST_COLLISIONS]) + more
+    note = _first_few(
+        run.collisions, lambda c: "{} and {} at {:.1f} s".format(c.first, c.second, c.time)
+    )
     filtered = run.scenario is not None and run.scenario.control.safety  # which is to prevent them
     if led and run.collisions and not filtered and pairs_of(run) <= set(led):
         return check._replace(passed=None, note=_joined(note, LED))
     return check._replace(note=note)
+
+
+def _first_few(happened, text):
+    named = [text(each) for each in happened[:MOST_NAMED]]
+    return ", ".join(named + ["..."] * (len(happened) > MOST_NAMED))
 
 
 def pairs_of(run):
@@ -360,9 +365,7 @@ def _incidents(run):
     if not found:
         return []
     own = [each for each in found if not each.ordered and each.what not in (SATURATED, ARM_END)]
-    named = ["{} at {:.1f} s".format(each.text, each.time) for each in found]
-    more = ", ..." if len(named) > MOST_COLLISIONS else ""
-    note = ", ".join(named[:MOST_COLLISIONS]) + more
+    note = _first_few(found, lambda each: "{} at {:.1f} s".format(each.text, each.time))
     return [Check("incidents", 0, len(found), 0, False if own else None, note=note)]
 
 
@@ -445,7 +448,12 @@ def _held(condition):
 
 def first_break(run):
     """Return when [s] the run's first collision or incident was, and which, in words; None for none."""
-    found = [(c.time, "{} and {} touched".format(c.first, c.second)) for c in run.collisions]
+    first = min((c.time for c in run.collisions), default=None)
+    found = [
+        (c.time, "{} and {} touched".format(c.first, c.second))
+        for c in run.collisions
+        if c.time == first
+    ]
     incidents = run.meta.get("incidents", ())
     # Where an arm is at its end, base and other joints make up for it.
     found += [(i.time, i.text) for i in incidents if i.what != ARM_END]

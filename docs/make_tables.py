@@ -18,22 +18,31 @@ sys.path.insert(0, DOCS)
 import make_protocols  # noqa: E402, beside this file
 import make_speeds  # noqa: E402
 
+# Of keys under others, by page, where that is not the one of scenarios.
+ELSEWHERE = {
+    "search.md": ("search",),
+    "sensors.md": ("odometry_errors", "estimates"),
+    "manipulators.md": ("load",),
+    "safety_filter.md": ("safety",),
+}
 BEGIN, END = "<!-- table {}, made by docs/make_tables.py -->", "<!-- end -->"
 
 
 def tables():
     """Return the text of each table: ``{page: {name: text}}``."""
     nested = {key: keys.nested_table(key) for key in keys.NESTED}
-    search = nested.pop("search")
+    elsewhere = {name: {key: nested.pop(key) for key in own} for name, own in ELSEWHERE.items()}
     nodes = {node: node_parameters.table(node) for node in node_parameters.NODES}
-    return {
+    made_of = {
         "nodes.md": nodes,
         "scenarios.md": {"keys": keys.table(), **nested},
-        "search.md": {"search": search},
         "shipped_protocols.md": {"protocols": make_protocols.overview()},
         "gallery.md": {"pictures": make_protocols.pictures()},
         **make_speeds.tables(),
     }
+    for page, own in elsewhere.items():
+        made_of[page] = {**made_of.get(page, {}), **own}
+    return made_of
 
 
 def path_of(page):

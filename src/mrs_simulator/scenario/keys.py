@@ -9,6 +9,7 @@ from mrs_simulator.scenario.network.links import LINKS, NO_FAULTS, SWITCHING, re
 from mrs_simulator.scenario.network.topology import read_topology
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.requirements import read_requirements
+from mrs_simulator.scenario.safety import SAFETY
 from mrs_simulator.scenario.search import (
     DEAD_ROBOTS,
     EDGE_RANGE,
@@ -31,11 +32,11 @@ from mrs_simulator.scenario.surroundings.obstacle_reading import (
     obstacle_to_plain,
     read_obstacles,
 )
-from mrs_simulator.scenario.team.estimates import read_estimates
+from mrs_simulator.scenario.team.estimates import FILTER, read_estimates
 from mrs_simulator.scenario.team.limits import limits_to_plain, read_limits
-from mrs_simulator.scenario.team.load import read_load
-from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, read_mismatch
-from mrs_simulator.scenario.team.odometry_errors import read_odometry_errors
+from mrs_simulator.scenario.team.load import LOAD, read_load
+from mrs_simulator.scenario.team.mismatch import MISMATCH, NO_MISMATCH, read_mismatch
+from mrs_simulator.scenario.team.odometry_errors import ERRORS, GYRO, read_odometry_errors
 
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
@@ -168,10 +169,8 @@ KEYS = (
         NO_MISMATCH,
         read=read_mismatch,
         rule="none",
-        meaning="how robots differ from their data sheet: `{delay: 0.1, speed: 0.97, track: 1.05}` obeys "
-        "commands 0.1 s late, with wheels and track so many times as large (`speed: 0`: a "
-        "dead robot); one value, or a list with one for each robot. `report --compare` finds "
-        "these numbers from a recording",
+        meaning="how robots [differ from their data sheet](#robots-that-are-not-as-their-data-sheet): "
+        "`{delay: 0.1, speed: 0.97, track: 1.05}`",
     ),
     Field(
         "load",
@@ -286,6 +285,11 @@ KEYS = (
 # By the key that holds them: what their keys are under, and these.
 NESTED = {
     "links": (("", LINKS), ("switching.", SWITCHING)),
+    "mismatch": (("", MISMATCH),),
+    "odometry_errors": (("", ERRORS), ("gyro.", GYRO)),
+    "estimates": (("", FILTER),),
+    "load": (("", LOAD),),
+    "safety": (("", SAFETY),),
     "obstacles": (("", OBSTACLE), ("track.", TRACK)),
     "map": (("", MAP),),
     "environment": (("", CURRENT), ("wind.", WIND), ("waves.", WAVES)),

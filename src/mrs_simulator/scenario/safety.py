@@ -13,12 +13,34 @@ def _read_arena(part, others):
     return arena
 
 
-ARENA = Field("arena", (), "m", type=NUMBERS, sizes=(4,), read=_read_arena, rule="none")
+ARENA = Field(
+    "arena",
+    (),
+    "m",
+    type=NUMBERS,
+    sizes=(4,),
+    read=_read_arena,
+    rule="none",
+    meaning="`[x_min, y_min, x_max, y_max]` [m] in which robots stay",
+)
 SAFETY = (
-    Field("obstacles", True),  # whether robots are kept from the scene's obstacles
-    ARENA,  # (x_min, y_min, x_max, y_max) that they stay in, or ()
-    Field("speed", None, "m/s", **POSITIVE, type=EACH),  # of each controlled point at most
-    Field("sensed", (), type=NAMES, rule="none"),  # sensors by which it acts, () for known places
+    Field("obstacles", True, meaning="whether robots are kept from the scene's obstacles, too"),
+    ARENA,
+    Field(
+        "speed",
+        None,
+        "m/s",
+        **POSITIVE,
+        type=EACH,
+        meaning="[m/s] of each controlled point at most: one, or a list with one for each robot",
+    ),
+    Field(
+        "sensed",
+        (),
+        type=NAMES,
+        rule="none",
+        meaning="the [sensor](sensors.md), or sensors, by which each robot acts, not by known places",
+    ),
 )
 
 

@@ -13,7 +13,14 @@ ALPHA = (0.01, 0.0, 0.0, 0.01, 0.001, 0.001)
 
 
 # Without ``alpha`` the noise is the scenario's.
-FILTER = (Field(EKF, type=NAMES, rule=REQUIRED), odometry_errors.ALPHA._replace(default=None))
+FILTER = (
+    Field(EKF, type=NAMES, rule=REQUIRED, meaning="the sensors of a Kalman filter of each robot"),
+    odometry_errors.ALPHA._replace(
+        default=None,
+        rule="that of `odometry_errors`, else {}".format(list(ALPHA)),
+        meaning="the noise that the filter takes odometry for",
+    ),
+)
 
 
 class Estimates(NamedTuple):

@@ -69,9 +69,31 @@ def _read_grasps(section, others):
 
 
 LOAD = (
-    Field("mass", unit="kg", low=0.01, high=1e5, type=NUMBER, rule=REQUIRED),
-    Field("size", unit="m", **POSITIVE, high=LARGEST, type=NUMBERS, sizes=(3,), rule=REQUIRED),
-    Field("grasps", unit="m", read=_read_grasps),
-    Field("stiffness", 1000.0, "N/m", **POSITIVE),
-    Field("grip", np.inf, "N", **POSITIVE),
+    Field("mass", unit="kg", low=0.01, high=1e5, type=NUMBER, rule=REQUIRED, meaning="of the box"),
+    Field(
+        "size",
+        unit="m",
+        **POSITIVE,
+        high=LARGEST,
+        type=NUMBERS,
+        sizes=(3,),
+        rule=REQUIRED,
+        meaning="`[x, y, z]`: its length, width and height",
+    ),
+    Field(
+        "grasps",
+        unit="m",
+        read=_read_grasps,
+        rule=REQUIRED,
+        meaning="`[x, y, z]` of each robot's grasp from the box's centre; at least three, not on a line",
+    ),
+    Field("stiffness", 1000.0, "N/m", **POSITIVE, meaning="of a grip"),
+    Field(
+        "grip",
+        np.inf,
+        "N",
+        **POSITIVE,
+        rule="without end, in N",
+        meaning="that a grip holds at most",
+    ),
 )

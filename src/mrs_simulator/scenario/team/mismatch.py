@@ -12,9 +12,33 @@ from mrs_simulator.scenario.reading import Section, record
 
 SCALES = {"low": 0.2, "high": 5.0}  # [-] bounds of a factor
 MISMATCH = (
-    Field("delay", (0.0,), "s", low=0.0, high=2.0, type=EACH),
-    Field("speed", (1.0,), low=0.0, high=SCALES["high"], type=EACH),  # 0: a dead robot
-    Field("track", (1.0,), **SCALES, type=EACH),
+    Field(
+        "delay",
+        (0.0,),
+        "s",
+        low=0.0,
+        high=2.0,
+        type=EACH,
+        rule="0 s",
+        meaning="by which commands are obeyed late, rounded to whole steps",
+    ),
+    Field(
+        "speed",
+        (1.0,),
+        low=0.0,
+        high=SCALES["high"],
+        type=EACH,
+        rule="1",
+        meaning="true over nominal radius of wheels: speeds are so many times as large; 0: a dead robot",
+    ),
+    Field(
+        "track",
+        (1.0,),
+        **SCALES,
+        type=EACH,
+        rule="1",
+        meaning="true over nominal track: turn rates are `speed/track` times as large",
+    ),
 )
 
 

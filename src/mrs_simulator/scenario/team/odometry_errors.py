@@ -10,8 +10,19 @@ MOST_FACTOR = 0.5  # [-]
 MOST_RATIO = 2.0  # [-] of two wheels' diameters, and of tracks
 
 
-ALPHA = Field("alpha", (0.0,) * 6, low=0.0, type=NUMBERS, sizes=(6,))
-GYRO = (Field("bias", 0.0, "rad/s"), Field("walk", 0.0, "rad/sqrt(s)", low=0.0))
+ALPHA = Field(
+    "alpha",
+    (0.0,) * 6,
+    low=0.0,
+    type=NUMBERS,
+    sizes=(6,),
+    rule="zeros",
+    meaning="`[a1, ..., a6]` of the velocity motion model: noise of distance, turn and heading",
+)
+GYRO = (
+    Field("bias", 0.0, "rad/s", meaning="of what it measures"),
+    Field("walk", 0.0, "rad/sqrt(s)", low=0.0, meaning="random walk of its angle"),
+)
 
 
 def read_gyro(section, others):
@@ -23,10 +34,28 @@ def read_gyro(section, others):
 
 ERRORS = (
     ALPHA,
-    Field("Ed", 1.0, low=1.0 / MOST_RATIO, high=MOST_RATIO),
-    Field("Eb", 1.0, low=1.0 / MOST_RATIO, high=MOST_RATIO),
-    Field("factor", 0.0, low=0.0, high=MOST_FACTOR),
-    Field("gyro", read=read_gyro),
+    Field(
+        "Ed",
+        1.0,
+        low=1.0 / MOST_RATIO,
+        high=MOST_RATIO,
+        meaning="ratio of the wheels' diameters, right over left, at the same mean",
+    ),
+    Field(
+        "Eb",
+        1.0,
+        low=1.0 / MOST_RATIO,
+        high=MOST_RATIO,
+        meaning="ratio of the actual track to the nominal one",
+    ),
+    Field(
+        "factor",
+        0.0,
+        low=0.0,
+        high=MOST_FACTOR,
+        meaning="by which measured distances and turns are off at most, drawn once for each robot",
+    ),
+    Field("gyro", read=read_gyro, meaning="turns come from a gyro instead of the wheels"),
 )
 
 

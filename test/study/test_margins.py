@@ -3,6 +3,7 @@
 import json
 
 import pytest
+import yaml
 
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
@@ -17,6 +18,7 @@ from mrs_simulator.study.search.margin_checks import (
 )
 from mrs_simulator.study.search.margins import USUAL, Axis, axes_of
 from mrs_simulator.study.search.margins_command import lines_of, main
+from mrs_simulator.study.search.space import content_with
 
 # Points with held commands agree for gains below 2/(lambda_max Tc): 20/3 /s for three in a row at 10 Hz,
 # and with gain 3 /s above 4.5 Hz.
@@ -128,6 +130,33 @@ def test_usual_axes_begin_at_what_the_scenario_has():
     assert axes["control.rate", 1.0] == 20.0 and axes["mismatch.delay", 1.0] == 0.1
     assert axes["links.loss", 0.9] == 0.0
     assert not any(key == "mismatch.speed" for key, _ in axes)  # a list is no number
+
+
+NOISY = """
+odometry_errors: {alpha: [0.01, 0, 0, 0.02, 0, 0], Ed: 1.01, gyro: {bias: 0.1, walk: 0.3}}
+sensors:
+  - mounts: &mounts
+      gps: {type: gps, rate: 5 Hz, noise: {stddev: 5 cm, bias: {stddev: 0.1}, dropout: 0.1}}
+      imu: {type: imu, noise: {rate: {stddev: 1 deg/s, bias: 0.2}}}
+  - {robots: [2], mounts: *mounts}
+"""
+
+
+def test_noise_is_an_axis_where_a_scenario_states_some():
+    content = dict(yaml.safe_load(NOISY), poses=[[0, 0, 0], [3, 0, 0]])
+    axis = axes_of(TWO, content)[-1]
+    assert (axis.key, axis.nominal, axis.end) == ("noise", 1.0, 10.0)
+    larger = content_with(content, {"noise": 3.0})
+    errors = larger["odometry_errors"]
+    assert errors["alpha"] == pytest.approx([0.09, 0, 0, 0.18, 0, 0])  # variances
+    assert errors["gyro"] == {"bias": 0.1, "walk": pytest.approx(0.9)} and errors["Ed"] == 1.01
+    for mounts in (each["mounts"] for each in larger["sensors"]):
+        gps, imu = mounts["gps"]["noise"], mounts["imu"]["noise"]
+        assert gps["stddev"] == "15.0 cm" and gps["bias"]["stddev"] == pytest.approx(0.3)
+        assert imu == {"rate": {"stddev": "3.0 deg/s", "bias": 0.2}} and gps["dropout"] == 0.1
+    assert content["odometry_errors"]["alpha"][0] == 0.01  # a copy was changed
+    del content["odometry_errors"], content["sensors"]
+    assert "noise" not in {axis.key for axis in axes_of(TWO, content)}
 
 
 def test_axes_begin_at_entries_of_lists():

@@ -68,6 +68,15 @@ def quantity(value, unit, where, **bounds):
     return number(value, where, **bounds)
 
 
+def times(factor, value):
+    """Return the quantity ``value``, a number or a text, ``factor`` times as large; others as they are."""
+    match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
+    if match:
+        return "{!r} {}".format(factor * float(match.group(1)), match.group(2))
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return factor * value if is_number else value
+
+
 class QuantitySection(Section):
     """A mapping whose numbers may be written with units."""
 

@@ -16,6 +16,7 @@ WORDS = {  # with units, for the usual axes
     "control.rate": "rate of commands [Hz]",
     "mismatch.speed": "speed over commanded speed [-]",
     "mismatch.track": "track over its nominal value [-]",
+    "noise": "noise over that of the scenario [-]",
 }
 
 

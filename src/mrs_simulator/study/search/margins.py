@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.study.run.sweep import value_under
+from mrs_simulator.study.search.stated_noise import NOISE, states_noise
 from mrs_simulator.study.search.trials import LAW
 from mrs_simulator.study.search.whole_steps import grain_of, rounded
 
@@ -62,7 +63,7 @@ class Axis(NamedTuple):
 
 
 # Of the nominal value where a scenario has none: how late commands are obeyed, messages that are lost,
-# commands per second, wheels, track.
+# commands per second, wheels, track, standard deviations over those of the scenario.
 USUAL = (
     Axis("mismatch.delay", 0.0, 1.0, "s"),
     Axis("links.loss", 0.0, 0.9),
@@ -71,6 +72,7 @@ USUAL = (
     Axis(SPEED, 1.0, 0.25),
     Axis(TRACK, 1.0, 2.0),
     Axis(TRACK, 1.0, 0.5),
+    Axis(NOISE, 1.0, 10.0),
 )
 
 
@@ -81,8 +83,10 @@ def axes_of(scenario, content, wanted=None):
     of ``wanted`` whose value is no number; of the usual ones such a key is left out.
     """
     if wanted is None:
-        points = content.get("fidelity") == "point_mass"  # which have no wheels
-        usual = [axis for axis in USUAL if not (points and axis.key == TRACK)]
+        absent = set() if states_noise(content) else {NOISE}
+        if content.get("fidelity") == "point_mass":  # which have no wheels
+            absent.add(TRACK)
+        usual = [axis for axis in USUAL if axis.key not in absent]
         own = [(axis, _nominal(content, axis.key, axis.nominal)) for axis in usual]
         axes = [axis._replace(nominal=value) for axis, value in own if value is not None]
     else:

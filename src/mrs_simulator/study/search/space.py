@@ -19,6 +19,7 @@ from mrs_simulator.study.run.sweep import (
     parameters_of,
     put_key,
 )
+from mrs_simulator.study.search.stated_noise import NOISE, enlarge_noise
 
 PUSH = ("time", "robot", "x", "y")  # the coordinates of one
 DIGITS = 6  # of poses and numbers that are drawn
@@ -155,7 +156,9 @@ def content_with(content, variation, path=""):
     changed = copy.deepcopy(content)
     changed.pop("search", None)
     for key, value in variation.items():
-        if key not in (EDGES, DEAD, PUSHES):
+        if key == NOISE:
+            enlarge_noise(changed, value)
+        elif key not in (EDGES, DEAD, PUSHES):
             put_key(changed, key, copy.deepcopy(value))
     if POSES in variation:
         robots = changed["robots"] = len(variation[POSES])

@@ -155,6 +155,8 @@ def test_noise_is_an_axis_where_a_scenario_states_some():
         assert gps["stddev"] == "15.0 cm" and gps["bias"]["stddev"] == pytest.approx(0.3)
         assert imu == {"rate": {"stddev": "3.0 deg/s", "bias": 0.2}} and gps["dropout"] == 0.1
     assert content["odometry_errors"]["alpha"][0] == 0.01  # a copy was changed
+    with pytest.raises(ScenarioError, match="noise: -1, wanted"):
+        content_with(content, {"noise": -1})
     del content["odometry_errors"], content["sensors"]
     assert "noise" not in {axis.key for axis in axes_of(TWO, content)}
 

@@ -8,7 +8,7 @@ import numpy as np
 from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.protocols.loading import from_anywhere
 from mrs_simulator.scenario.incidents import PUSHED
-from mrs_simulator.scenario.reading import ScenarioError, UnknownKey
+from mrs_simulator.scenario.reading import ScenarioError, UnknownKey, number
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS, EdgeRange
 from mrs_simulator.study.run.sweep import (
@@ -157,7 +157,7 @@ def content_with(content, variation, path=""):
     changed.pop("search", None)
     for key, value in variation.items():
         if key == NOISE:
-            enlarge_noise(changed, value)
+            enlarge_noise(changed, number(value, NOISE, low=0.0))
         elif key not in (EDGES, DEAD, PUSHES):
             put_key(changed, key, copy.deepcopy(value))
     if POSES in variation:

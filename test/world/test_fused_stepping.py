@@ -172,14 +172,14 @@ def recorded(scenario, protocol=None):
 def compare(start, scenario, protocol=None):
     by_step = recorded(scenario, protocol)
     start()
-    by_leap = recorded(scenario, protocol)
-    assert by_leap[0].shape == by_step[0].shape
-    np.testing.assert_allclose(by_leap[0], by_step[0], rtol=0.0, atol=ROUNDING)
-    assert len(by_leap[1]) == len(by_step[1])
-    assert by_leap[3].time == by_step[3].time and by_leap[3].commands.commanded.all()
-    np.testing.assert_allclose(by_leap[3].twist, by_step[3].twist, rtol=0.0, atol=ROUNDING)
-    np.testing.assert_array_equal(by_leap[3].commands.received, by_step[3].commands.received)
-    return by_step[2], by_leap[2]
+    fused = recorded(scenario, protocol)
+    assert fused[0].shape == by_step[0].shape
+    np.testing.assert_allclose(fused[0], by_step[0], rtol=0.0, atol=ROUNDING)
+    assert len(fused[1]) == len(by_step[1])
+    assert fused[3].time == by_step[3].time and fused[3].commands.commanded.all()
+    np.testing.assert_allclose(fused[3].twist, by_step[3].twist, rtol=0.0, atol=ROUNDING)
+    np.testing.assert_array_equal(fused[3].commands.received, by_step[3].commands.received)
+    return by_step[2], fused[2]
 
 
 SHIPPED = ["paper", "consensus", "discrete_consensus", "containment", "rendezvous"]
@@ -202,21 +202,21 @@ def test_the_page_names_all_shipped_laws_that_are_compiled():
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_laws_leap_to_where_steps_lead(name, compiled):
+def test_fused_steps_of_shipped_laws_lead_to_where_steps_lead(name, compiled):
     given = shipped(name, 4.0).changed(fidelity="kinematic", limits="top")
     steps, own = compare(compiled, given)
     assert own < 0.3 * steps
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_points_leap_to_where_steps_lead(name, compiled):
+def test_fused_steps_of_points_lead_to_where_steps_lead(name, compiled):
     given = shipped(name, 1.5).changed(fidelity="point_mass")
     steps, own = compare(compiled, given)
     assert steps == 1.5 / given.step and own == 0
 
 
 @pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
-def test_points_leap_whatever_the_rates(rates, compiled):
+def test_steps_of_points_are_fused_whatever_the_rates(rates, compiled):
     control, run = {"rate": rates[0]}, {"record_rate": rates[1], "duration": 1.9}
     assert (
         compare(compiled, scenario(fidelity="point_mass", control=control, **run), Gather)[1] == 0
@@ -224,7 +224,7 @@ def test_points_leap_whatever_the_rates(rates, compiled):
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_omnidirectional_bases_leap_to_where_steps_lead(name, compiled):
+def test_fused_steps_of_omnidirectional_bases_lead_to_where_steps_lead(name, compiled):
     robots = {"fidelity": "kinematic", "model": "robotino3"}
     steps, own = compare(compiled, shipped(name, 2.0).changed(limits="top", **robots))
     assert own < 0.3 * steps
@@ -249,14 +249,14 @@ def test_omnidirectional_bases_touch_as_they_do_step_by_step(compiled):
 def test_bases_that_turn_go_step_by_step():
     world = World(("robotino3",), [[0.0, 0.0, 0.0]])
     world.set_commands([0], np.array([[0.1, 0.0, 0.3]]))
-    assert world.can_leap(1)
+    assert world.can_fuse(1)
     given = (5, 1, 1, 1), stretches.sliding_stretch, np.empty((5, 6, 1)), 0.05, 0
-    assert world.leap(*given) == (0, 0, stretches.NEAR)
+    assert world.fuse_steps(*given) == (0, 0, stretches.NEAR)
 
 
 @pytest.mark.parametrize("saturation", ["none", "robot", "team"])
 @pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
-def test_a_users_law_leaps_whatever_the_rates(saturation, rates, compiled):
+def test_steps_of_a_users_law_are_fused_whatever_the_rates(saturation, rates, compiled):
     control = {"rate": rates[0], "saturation": saturation}
     limits = "firmware" if saturation == "robot" else "top"
     given = scenario(control=control, record_rate=rates[1], duration=1.9, limits=limits)
@@ -300,7 +300,7 @@ def aloft(**changes):
 
 @pytest.mark.parametrize("saturation", ["none", "robot", "team"])
 @pytest.mark.parametrize("rates", [(50, 10), (12.5, 5)])
-def test_quadrotors_leap_to_where_steps_lead(saturation, rates, compiled):
+def test_fused_steps_of_quadrotors_lead_to_where_steps_lead(saturation, rates, compiled):
     control = {"rate": rates[0], "saturation": saturation}
     wind = {"wind": {"velocity": [1.0, -0.5]}}
     given = aloft(control=control, record_rate=rates[1], environment=wind)
@@ -308,7 +308,7 @@ def test_quadrotors_leap_to_where_steps_lead(saturation, rates, compiled):
     assert steps == 75 and own == 0
 
 
-def test_quadrotors_leap_in_space(compiled):
+def test_steps_of_quadrotors_in_space_are_fused(compiled):
     given = shipped("crazyflies_cube", 0.6).changed(fidelity="dynamic", limits="top")
     steps, own = compare(compiled, given)
     assert steps == 12 and own < 0.2 * steps
@@ -366,7 +366,7 @@ def test_quadrotors_out_of_the_ordinary_go_step_by_step(changes):
 
 @pytest.mark.parametrize("limits", ["firmware", "top"])
 @pytest.mark.parametrize("rates", [(50, 10), (12.5, 50), (12.5, 5)])
-def test_wheels_with_forces_leap_whatever_the_rates(limits, rates, compiled):
+def test_steps_of_wheels_with_forces_are_fused_whatever_the_rates(limits, rates, compiled):
     control = {"rate": rates[0], "saturation": "team" if limits == "top" else "robot"}
     given = scenario(control=control, record_rate=rates[1], duration=1.9, limits=limits, **ROLLING)
     assert compare(compiled, given, Gather)[1] == 0
@@ -388,7 +388,7 @@ def test_wheels_with_forces_tip_as_they_do_step_by_step(compiled):
 @pytest.mark.parametrize("more", [{"model": "husky"}, {"model": ["pioneer3dx", "youbot"] * 2}])
 def test_who_is_pushed_by_wheel_forces_goes_step_by_step(more):
     world = World.from_scenario(scenario(**dict(ROLLING, robots=4), **more))
-    assert not world.can_leap(1)
+    assert not world.can_fuse(1)
     world.close()
 
 
@@ -438,7 +438,7 @@ def test_of_itself_such_a_law_goes_step_by_step(compiled, monkeypatch):
     monkeypatch.setattr(compiling, "seconds_saved", lambda *_: 1.0)
     monkeypatch.setattr(fused_stepping, "compiled_stretch", refuse)
     experiment = Experiment(given, law)
-    assert experiment._can_leap()
+    assert experiment._can_fuse()
     for one, other in zip(plain, experiment.samples()):
         assert all(map(np.array_equal, one, other))
     assert experiment.step == 50
@@ -480,7 +480,7 @@ def test_of_wheels_with_forces_shorter_runs_are_long(seconds, robots, is_long, m
     monkeypatch.setattr(compiling, "find_spec", lambda name: True)
     poses = {"layout": "grid", "spacing": 3.0}
     experiment = Experiment(scenario(duration=seconds, poses=poses, robots=robots, **ROLLING))
-    assert experiment._can_leap() == is_long
+    assert experiment._can_fuse() == is_long
     experiment.world.close()
 
 
@@ -506,14 +506,14 @@ def test_long_runs_are_compiled_by_themselves(monkeypatch, capsys):
     monkeypatch.delenv(compiling.VARIABLE, raising=False)
     monkeypatch.setattr(compiling, "find_spec", lambda name: True)
     long = scenario(duration=3600.0)
-    assert Experiment(long)._can_leap()
-    assert not Experiment(scenario(duration=110.0))._can_leap()
+    assert Experiment(long)._can_fuse()
+    assert not Experiment(scenario(duration=110.0))._can_fuse()
     monkeypatch.setenv(compiling.VARIABLE, "0")
-    assert not Experiment(long)._can_leap()
+    assert not Experiment(long)._can_fuse()
     monkeypatch.delenv(compiling.VARIABLE)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(compiling, "find_spec", lambda name: None)
-    assert not Experiment(long)._can_leap()
+    assert not Experiment(long)._can_fuse()
     said = capsys.readouterr().err
     assert said.startswith("experiment: numba is not installed: this run takes some 5 s longer")
 
@@ -535,77 +535,77 @@ def test_long_runs_are_compiled_by_themselves(monkeypatch, capsys):
 )
 def test_what_more_decides_on_goes_step_by_step(protocol, changes, compiled):
     compiled()
-    assert not Experiment(scenario(**changes), protocol)._can_leap()
+    assert not Experiment(scenario(**changes), protocol)._can_fuse()
 
 
-def test_a_part_of_the_world_that_says_nothing_of_leaps_is_asked_at_each_step():
+def test_a_part_of_the_world_that_says_nothing_of_fusing_is_asked_at_each_step():
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
-    assert world.can_leap(5)
+    assert world.can_fuse(5)
     world.parts.append(Part())
-    assert not world.can_leap(5)
+    assert not world.can_fuse(5)
 
 
-LEAP, STEP = True, False
+FUSED, STEP = True, False
 TRACK = Track(((9.0, -9.0),), 0.1)
-# An example of each field that a scenario has, and whether robots leap then: a new one belongs here.
+# An example of each field that a scenario has, and whether steps are fused then: a new one belongs here.
 FIELDS = {
-    "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), LEAP),
-    "kinds": (("robotino3",) * 5, LEAP),
-    "title": ("other", LEAP),
-    "fidelity": ("point_mass", LEAP),
-    "limits": ("top", LEAP),
+    "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), FUSED),
+    "kinds": (("robotino3",) * 5, FUSED),
+    "title": ("other", FUSED),
+    "fidelity": ("point_mass", FUSED),
+    "limits": ("top", FUSED),
     "odometry": ("wheel", STEP),
     "control": (Control(safety=True, protocol="consensus"), STEP),
-    "topology": (Topology(5, [(1, 2)]), LEAP),
+    "topology": (Topology(5, [(1, 2)]), FUSED),
     "links": (scenario(links={"delay": 0.1}).links, STEP),
     "mismatch": (Mismatch(speed=(0.9,)), STEP),
     "obstacles": ((Cylinder("post", 9.0, 9.0, 0.2, 1.0, track=TRACK),), STEP),
-    "environment": (Environment(current=(0.1, 0.0)), LEAP),  # of the water
-    "duration": (2.0, LEAP),
-    "seed": (3, LEAP),
-    "speed": (0.0, LEAP),
-    "record_rate": (5.0, LEAP),
+    "environment": (Environment(current=(0.1, 0.0)), FUSED),  # of the water
+    "duration": (2.0, FUSED),
+    "seed": (3, FUSED),
+    "speed": (0.0, FUSED),
+    "record_rate": (5.0, FUSED),
     "odometry_rate": (10.0, STEP),
     "cmd_vel_timeout": (0.05, STEP),
-    "step": (0.01, LEAP),
-    "path": ("other.yaml", LEAP),
-    "own_kinds": ({}, LEAP),
-    "altitude": (None, LEAP),  # of what flies, a kind
-    "sensors": ((), LEAP),  # they act where they are read
-    "odometry_errors": (OdometryErrors(factor=0.1), LEAP),  # of wheels, where these are told
-    "map": (None, LEAP),  # boxes
+    "step": (0.01, FUSED),
+    "path": ("other.yaml", FUSED),
+    "own_kinds": ({}, FUSED),
+    "altitude": (None, FUSED),  # of what flies, a kind
+    "sensors": ((), FUSED),  # they act where they are read
+    "odometry_errors": (OdometryErrors(factor=0.1), FUSED),  # of wheels, where these are told
+    "map": (None, FUSED),  # boxes
     "estimates": (Estimates("odometry"), STEP),
     "events": ((Event(1.0, 1, "motors_off"),), STEP),
-    "takeoff": (False, LEAP),  # of what flies
-    "load": (None, LEAP),  # of arms, a kind
-    "record": ((), LEAP),
-    "engine": ("planar", LEAP),  # of motion with forces
+    "takeoff": (False, FUSED),  # of what flies
+    "load": (None, FUSED),  # of arms, a kind
+    "record": ((), FUSED),
+    "engine": ("planar", FUSED),  # of motion with forces
     "requirements": ((Requirement("apart", "always(distance > 0.1)"),), STEP),
-    "search": (Search(ranges=(Range("seed", 0, 9, True),)), LEAP),  # of many runs
+    "search": (Search(ranges=(Range("seed", 0, 9, True),)), FUSED),  # of many runs
 }
 
 
-def test_every_field_of_a_scenario_is_known_to_leaps():
+def test_every_field_of_a_scenario_says_whether_steps_are_fused():
     assert set(FIELDS) == set(Scenario._fields)
 
 
 @pytest.mark.parametrize("field", [field for field in FIELDS if field != "events"])
-def test_robots_leap_where_nothing_but_the_law_moves_them(field, compiled):
-    value, leaps = FIELDS[field]
+def test_steps_are_fused_where_nothing_but_the_law_moves_them(field, compiled):
+    value, is_fused = FIELDS[field]
     compiled()
     given = scenario()._replace(**{field: value})
-    assert Experiment(given)._can_leap() == leaps
+    assert Experiment(given)._can_fuse() == is_fused
 
 
 @pytest.mark.parametrize("sensors", [("sonar",), ()])
-def test_robots_that_are_sensed_do_not_leap(sensors, compiled):
+def test_steps_of_robots_that_are_sensed_are_not_fused(sensors, compiled):
     compiled()
     experiment = Experiment(scenario())
     experiment.sensors.activate({0: sensors})
-    assert experiment._can_leap() != bool(sensors)
+    assert experiment._can_fuse() != bool(sensors)
 
 
-def test_a_run_that_leaps_goes_on_alike_from_a_snapshot(compiled):
+def test_a_run_of_fused_steps_goes_on_alike_from_a_snapshot(compiled):
     compiled()
     experiment = Experiment(shipped("paper", 3.0))
     samples = experiment.samples()
@@ -688,10 +688,10 @@ def test_robots_that_go_far_are_listed_anew(compiled):
     assert 5.0 < experiment.collisions[0].time < 5.5
 
 
-def test_what_is_to_befall_robots_stops_leaps():
+def test_what_is_to_befall_robots_stops_fusing():
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
     world.parts = [Faults(world.motion, world.clock, [FIELDS["events"][0][0]])]
-    assert not world.can_leap(5)
+    assert not world.can_fuse(5)
 
 
 @pytest.mark.release  # compiling takes long

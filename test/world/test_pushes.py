@@ -19,7 +19,7 @@ def test_a_push_puts_a_robot_elsewhere_and_its_wheels_do_not_turn(fidelity):
     assert scenario.events == (Event(0.1, 2, "pushed", by=(0.5, -0.25)),)
     assert scenario_from_dict(scenario.to_dict()).events == scenario.events
     world = World.from_scenario(scenario)
-    assert not world.can_leap(1)
+    assert not world.can_fuse(1)
     world.set_commands(EVERY, np.zeros((2, 2)))
     for _ in range(5):
         world.step()

@@ -122,8 +122,8 @@ class Commands(Part):
         return late
 
     @property
-    def can_leap(self):
-        """Return whether robots follow their commands exactly; no leap is as long as a timeout."""
+    def can_fuse(self):
+        """Return whether robots follow their commands exactly; no fused steps are as long as a timeout."""
         return not self.mismatch and self.efforts is None
 
     def before_step(self, command):

@@ -8,7 +8,7 @@ class Part:
     it; ``after_step()`` follows the motion.  Either is None in a part that has nothing to do then.
     """
 
-    can_leap = False  # whether there is nothing to do in steps made at once
+    can_fuse = False  # whether there is nothing to do in steps made at once
     before_step = after_step = None
 
     def columns(self):

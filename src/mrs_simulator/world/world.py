@@ -284,21 +284,21 @@ class World:
         for part in self.parts:
             part.reset()
 
-    def can_leap(self, every):
-        """Return whether :meth:`leap` can move these robots, which get a command ``every`` steps."""
+    def can_fuse(self, every):
+        """Return whether :meth:`fuse_steps` can move these robots, which get a command ``every`` steps."""
         parts = self.motion, *self.parts
-        leaping = all(getattr(part, "can_leap", False) for part in parts)
-        return leaping and every * self.step_size <= self.commands.shortest_timeout
+        fusing = all(getattr(part, "can_fuse", False) for part in parts)
+        return fusing and every * self.step_size <= self.commands.shortest_timeout
 
-    def leap(self, plan, function, kept, *given):
-        """Advance by several steps in one compiled call, see ``fused_stepping.Leaps.advance``.
+    def fuse_steps(self, plan, function, kept, *given):
+        """Advance by several steps in one compiled call, see ``fused_stepping.FusedStepping.advance``.
 
         ``plan``: ``(steps, every, ahead, between)`` of it.
         """
         steps, every, *sampling = plan
         until = every - self.clock.steps % every
         whole, target = (steps, until, every, *sampling), self.commands.target
-        done, filled, why = self.motion.leap(whole, target, function, kept, *given)
+        done, filled, why = self.motion.fuse_steps(whole, target, function, kept, *given)
         self.clock.steps += done
         if done >= until:
             self.commands.note_received_by_all(self.clock.steps - (done - until) % every)

@@ -114,7 +114,7 @@ class Experiment:
         Raises ``LawFailed`` after all robots were commanded to stop.
         """
         self.begin()
-        blocks = self._fused_steps() if self._can_leap() else self.stepping()
+        blocks = self._fused_steps() if self._can_fuse() else self.stepping()
         for (stamp,), (pose,), (command,) in blocks:
             yield stamp, pose, command
 
@@ -126,7 +126,7 @@ class Experiment:
         self.begin()
         recorder.write_together()
         most = max(1, ROWS_AT_ONCE // self.scenario.n) if self._is_basic else 1
-        for block in self._fused_steps(most) if self._can_leap() else self.stepping(most):
+        for block in self._fused_steps(most) if self._can_fuse() else self.stepping(most):
             if len(block[0]) > 1:
                 recorder.block(*block)
             else:
@@ -252,23 +252,23 @@ class Experiment:
         self.estimator.update(np.rint(1e9 * published), self.world.estimates.pose(), readings)
 
     def _is_compilable(self):
-        """Return whether ``Leaps`` could take the world from sample to sample."""
-        return has_form(self.control) and self.can_leap
+        """Return whether ``FusedStepping`` could take the world from sample to sample."""
+        return has_form(self.control) and self.can_fuse
 
     @property
-    def can_leap(self):
-        """Return whether nothing but the law looks at robots between two samples, and they can leap."""
-        return self.sensors.is_idle and self.can_leap_between_readings
+    def can_fuse(self):
+        """Return whether nothing but the law looks at robots between samples, and steps can be fused."""
+        return self.sensors.is_idle and self.can_fuse_between_readings
 
     @property
-    def can_leap_between_readings(self):
-        """Return whether nothing but the law and sensors looks at robots, and they can leap."""
+    def can_fuse_between_readings(self):
+        """Return whether nothing but the law and sensors looks at robots, and steps can be fused."""
         if not (self._recorder is None and self.estimator is None and self.trace is None):
             return False
-        return self.world.can_leap(self.scenario.steps_per_command)
+        return self.world.can_fuse(self.scenario.steps_per_command)
 
-    def _can_leap(self):
-        """Return whether ``Leaps`` are to take the world from sample to sample."""
+    def _can_fuse(self):
+        """Return whether ``FusedStepping`` is to take the world from sample to sample."""
         if not self._is_compilable():
             return False
         saved = getattr(self.world.motion, "SAVED", compiling.SAVED)

@@ -5,14 +5,14 @@ import numpy as np
 from mrs_simulator.control.array_law import form_of
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core import compiling
-from mrs_simulator.world.motion.fused_stepping import Leaps
+from mrs_simulator.world.motion.fused_stepping import FusedStepping
 from mrs_simulator.world.motion.stretches import NEAR, ODD
 
-RAISED, REFUSED = -1, -2  # why a leap ended: the law raised, or cannot be compiled
+RAISED, REFUSED = -1, -2  # why fused steps ended: the law raised, or cannot be compiled
 
 
 class FusedSteps:
-    """The steps of an ``Experiment``, of which ``Leaps`` make all that they can."""
+    """The steps of an ``Experiment``, of which ``FusedStepping`` makes all that it can."""
 
     def __init__(self, experiment, most):
         """``most``: how many samples a call makes at most; it changes no bit of them."""
@@ -21,7 +21,7 @@ class FusedSteps:
         self._every, self._between = scenario.steps_per_command, scenario.steps_per_record
         form = form_of(control)
         points = control.l, control.saturation, control.dimension
-        self._leaps = Leaps(self._world, *form, self._every, *points)
+        self._stepping = FusedStepping(self._world, *form, self._every, *points)
         self._by_step = 0  # the step up to which the world makes each by itself
 
     def blocks(self, steps):
@@ -42,7 +42,7 @@ class FusedSteps:
             ahead = between - step % between
             end = min(steps, step + ahead + (self._most - 1) * between)
             kept = np.empty((self._most, 3 + self._world.command.shape[1], self._world.n))
-            done, filled, why = self._leap(step, end, ahead, kept)
+            done, filled, why = self._fuse(step, end, ahead, kept)
             if filled:
                 sampled = range(step + ahead, step + done + 1, between)[:filled]
                 experiment.step = sampled[-1]
@@ -51,15 +51,15 @@ class FusedSteps:
                 yield stamps, rows[:, :, :3], rows[:, :, 3:]
             step = self._went_on(step + done, why)
 
-    def _leap(self, step, end, ahead, kept):
-        """Return what ``Leaps.advance`` does, or ``(0, 0, RAISED)`` where the law raises.
+    def _fuse(self, step, end, ahead, kept):
+        """Return what ``FusedStepping.advance`` does, or ``(0, 0, RAISED)`` where the law raises.
 
         It will raise again step by step, where it is known when; before, sample by sample.
         """
         if step < self._by_step:
             return 0, 0, RAISED
         try:
-            return self._leaps.advance(end - step, ahead, self._between, kept)
+            return self._stepping.advance(end - step, ahead, self._between, kept)
         except Exception as error:
             why = compiling.compile_failure(error)
             if why:
@@ -70,7 +70,7 @@ class FusedSteps:
             self._by_step = step + ahead
             return 0, 0, RAISED
         self._most = 1
-        return self._leap(step, min(end, step + ahead), ahead, kept)
+        return self._fuse(step, min(end, step + ahead), ahead, kept)
 
     def _refuse(self, why):
         """Warn of a law that cannot be compiled; ``LawFailed`` where the environment wants it to be."""
@@ -84,7 +84,7 @@ class FusedSteps:
         experiment.warnings.append(text + "robots go step by step")
 
     def _went_on(self, step, why):
-        """Do what a leap that ended at ``step`` left undone; return at which step that is."""
+        """Do what fused steps that ended at ``step`` left undone; return at which step that is."""
         if why in (NEAR, RAISED, REFUSED):
             self._experiment.advance()
             step += 1

@@ -29,7 +29,7 @@ class Stepping:
     @staticmethod
     def fits(experiment):
         """Return whether an ``Experiment`` can go on so."""
-        if not (has_plain_loop(experiment.control) and experiment.can_leap_between_readings):
+        if not (has_plain_loop(experiment.control) and experiment.can_fuse_between_readings):
             return False
         return CommandedSteps.fit(experiment.world, experiment.scenario.steps_per_command)
 

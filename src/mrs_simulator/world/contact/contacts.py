@@ -17,7 +17,7 @@ FEW = 100  # [-] past contacts that may be kept in memory whatever their age
 class Contacts(Part):
     """Collisions of a team, as a ``motion`` meets them."""
 
-    can_leap = True  # a leap ends before any bodies may touch
+    can_fuse = True  # fused steps end before any bodies may touch
 
     def __init__(self, motion, clock):
         self._motion, self._clock = motion, clock

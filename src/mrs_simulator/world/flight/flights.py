@@ -36,7 +36,7 @@ class Flights(Part):
             self._manoeuvres.take_off(rows, takeoff[rows])
 
     @property
-    def can_leap(self):
+    def can_fuse(self):
         """Return whether all robots obey their commands."""
         return not self._manoeuvres.busy
 

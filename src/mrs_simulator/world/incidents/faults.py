@@ -22,8 +22,8 @@ class Faults(Part):
         self._new = []
 
     @property
-    def can_leap(self):
-        """Return whether none is scheduled; a leap of the motion ends before one that it would detect."""
+    def can_fuse(self):
+        """Return whether none is scheduled; fused steps end before one that the motion would detect."""
         return not self._events
 
     def before_step(self, command):

@@ -153,7 +153,7 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
     Those in the water and on wheels move as ``ForcedMotion`` has them.
     """
 
-    SAVED = (200e-6, 200e-9)  # [s] that :meth:`leap` saves, as ``compiling.SAVED``
+    SAVED = (200e-6, 200e-9)  # [s] that :meth:`fuse_steps` saves, as ``compiling.SAVED``
 
     def _flight_of(self, group, pose, z):
         rows = np.arange(self.team.n)[group.rows]
@@ -172,16 +172,16 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         return AirborneGroup(group, pose, z, self.step, weather, touching)
 
     @property
-    def can_leap(self):
-        """Return whether :meth:`leap` moves these robots: quadrotors in steady air."""
+    def can_fuse(self):
+        """Return whether :meth:`fuse_steps` moves these robots: quadrotors in steady air."""
         alone = len(self.team.groups) == len(self._aloft) == 1
         still = not (len(self._mirrored) or self._encoders or self._bodies.moves)
-        return alone and still and all(flight.can_leap for _, flight in self._flying())
+        return alone and still and all(flight.can_fuse for _, flight in self._flying())
 
-    def leap(self, plan, command, function, kept, dimension, *given):
-        """Move by several steps as ``KinematicMotion.leap``, by ``flight_stretches.flight_stretch``."""
+    def fuse_steps(self, plan, command, function, kept, dimension, *given):
+        """Move as ``KinematicMotion.fuse_steps`` does, by ``flight_stretches.flight_stretch``."""
         ((_, flight),) = self._flying()
-        result = flight.leap(plan, command, function, self.step, dimension, kept, *given)
+        result = flight.fuse_steps(plan, command, function, self.step, dimension, kept, *given)
         self.pose, self._twist, self._contacts = np.array(flight.pose, order="F"), None, []
         self.z = self._risen = flight.spatial.z.copy()
         return result
@@ -256,13 +256,13 @@ class AirborneGroup:
         return self.pose
 
     @property
-    def can_leap(self):
-        """Return whether :meth:`leap` moves these robots."""
+    def can_fuse(self):
+        """Return whether :meth:`fuse_steps` moves these robots."""
         able = self._touching is not None and hasattr(self._group.drive, "stretched")
         return able and self._weather.is_steady
 
-    def leap(self, plan, command, function, step, dimension, kept, *given):
-        """Move by several steps of ``step`` [s] as ``KinematicMotion.leap`` does.
+    def fuse_steps(self, plan, command, function, step, dimension, kept, *given):
+        """Move by several steps of ``step`` [s] as ``KinematicMotion.fuse_steps`` does.
 
         ``dimension``: how many coordinates the controlled points have.
         """

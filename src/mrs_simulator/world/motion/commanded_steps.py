@@ -201,7 +201,7 @@ class CommandedSteps:
     def fit(world, every):
         """Return whether robots of ``world`` can be moved so, which get a command ``every`` steps."""
         motion, n = world.motion, world.n
-        alike = getattr(motion, "is_of_unicycles", False) and world.can_leap(every) and n > 1
+        alike = getattr(motion, "is_of_unicycles", False) and world.can_fuse(every) and n > 1
         return alike and bool((world.team.limits.of_all(n).top > 0.0).all())
 
     def __init__(self, world, step, l, saturation, rates):

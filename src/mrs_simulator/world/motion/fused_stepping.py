@@ -37,7 +37,7 @@ def loops_for(world):
     return stretches.stretch if unicycles else stretches.sliding_stretch
 
 
-class Leaps:
+class FusedStepping:
     """A ``World`` of one drive that moves by several steps at once under a law that is asked meanwhile."""
 
     def __init__(self, world, law, given, every, l, saturation, dimension=2):
@@ -62,4 +62,4 @@ class Leaps:
         if self._function is None:
             self._function = compiled_stretch(self._law, loops_for(self._world))
         plan = steps, self._every, ahead, between
-        return self._world.leap(plan, self._function, kept, *self._given)
+        return self._world.fuse_steps(plan, self._function, kept, *self._given)

@@ -187,7 +187,7 @@ class KinematicMotion:
     def is_of_unicycles(self):
         """Return whether all robots are unicycles that nothing but their wheels moves."""
         if self._is_alike is None:
-            self._is_alike = self.can_leap and self.team.groups[0].drive is differential
+            self._is_alike = self.can_fuse and self.team.groups[0].drive is differential
         return self._is_alike
 
     @property
@@ -203,7 +203,7 @@ class KinematicMotion:
     def crowd_given(self):
         """Return what ``crowd_steps.step_all`` takes that stays: the limits, and what is after them."""
         if self._bounds is None:
-            self._bounds = self._bounds_of_leaps()
+            self._bounds = self._fusing_bounds()
         share = self.step * DIAGONAL if SHORT < self._reach < np.inf else 0.0
         return *self._bounds, self.step, (self._reach, share)
 
@@ -218,23 +218,23 @@ class KinematicMotion:
         self._contacts = self._bodies.go_on_from(pose, *seen)
 
     @property
-    def can_leap(self):
-        """Return whether :meth:`leap` moves these robots: unicycles, or omnidirectional bases, that nothing
-        but their wheels moves."""
+    def can_fuse(self):
+        """Return whether :meth:`fuse_steps` moves these robots: unicycles, or omnidirectional bases, that
+        nothing but their wheels moves."""
         drives = [group.drive for group in self.team.groups]
         alike = drives in ([differential], [omnidirectional])
         carried = self._current is not None or len(self._mirrored) or self._encoders
         carried = carried or self._uneven
         return type(self) is KinematicMotion and alike and not carried
 
-    def leap(self, plan, command, function, kept, *given):
+    def fuse_steps(self, plan, command, function, kept, *given):
         """Move by several steps by a function of ``stretches``; return how many, how many samples were
         kept, and why it ended.
 
         ``plan`` and ``kept`` as there; ``command`` (n, a), which is changed in place.
         """
         if self._bounds is None:
-            self._bounds = self._bounds_of_leaps()
+            self._bounds = self._fusing_bounds()
         # The law may raise: nothing has happened then.
         moved = pose, inner, obeyed = [each.copy("F") for each in (self.pose, self._inner, command)]
         bodies, columns = self._bodies, (each.T for each in moved)
@@ -248,7 +248,7 @@ class KinematicMotion:
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
         return done, filled, why
 
-    def _bounds_of_leaps(self):
+    def _fusing_bounds(self):
         """Return the ``limits`` that ``stretches`` keep to, and where bases have them the ``wheels``."""
         top = self.team.limits.of_all(self.team.n).top
         bounds = self._least, self._greatest, self._most.up, self._most.both, top
@@ -470,13 +470,13 @@ class PointMassMotion:
             self.z = self.z + self.step * self._rising
 
     @property
-    def can_leap(self):
-        """Return whether :meth:`leap` moves these points: those of unicycles that obey commands alone."""
+    def can_fuse(self):
+        """Return whether :meth:`fuse_steps` moves these points: of unicycles that obey commands alone."""
         drives = [group.drive for group in self.team.groups]
         return drives == [differential] and not len(self._mirrored)
 
-    def leap(self, plan, command, function, kept, *given):
-        """Move as ``KinematicMotion.leap`` does, by ``stretches.point_stretch``."""
+    def fuse_steps(self, plan, command, function, kept, *given):
+        """Move as ``KinematicMotion.fuse_steps`` does, by ``stretches.point_stretch``."""
         moved = pose, twist, obeyed = [each.copy("F") for each in (self.pose, self.twist, command)]
         result = function(plan, *(each.T for each in moved), self.step, kept, *given)
         self.pose, self.twist, command[:] = pose, twist, obeyed

@@ -38,7 +38,7 @@ class PlanarMotion(DynamicMotion):
     """``DynamicMotion`` in the plane, and in the solver where that is needed."""
 
     SUBSTEP, ITERATIONS = SUBSTEP, ITERATIONS
-    SAVED = (60e-6, 1e-6)  # [s] that :meth:`leap` saves, as ``compiling.SAVED``
+    SAVED = (60e-6, 1e-6)  # [s] that :meth:`fuse_steps` saves, as ``compiling.SAVED``
 
     def __init__(self, kinds, poses, obstacles=(), *arguments, **named):
         """As ``DynamicMotion``.  Raises ``ValueError`` for kinds that do not stand on two wheels and
@@ -52,7 +52,7 @@ class PlanarMotion(DynamicMotion):
         ]
         self._sliding = [None] * len(self.team.groups)
         self._known = None  # what ``rolling_steps`` takes of these robots
-        self._is_alike = self.can_leap
+        self._is_alike = self.can_fuse
         self._divide()
 
     def _populate(self, poses):
@@ -166,15 +166,15 @@ class PlanarMotion(DynamicMotion):
         return self._known
 
     @property
-    def can_leap(self):
-        """Return whether :meth:`leap` moves these robots: those of one kind of drive, on two wheels each,
-        that nothing but these moves."""
+    def can_fuse(self):
+        """Return whether :meth:`fuse_steps` moves these robots: those of one kind of drive, on two wheels
+        each, that nothing but these moves."""
         alike = [group.drive for group in self.team.groups] == [differential]
         carried = len(self._mirrored) or self._uneven or self._movers
         return type(self) is PlanarMotion and alike and all(self._wheels) and not carried
 
-    def leap(self, plan, command, function, kept, *given):
-        """Move as ``KinematicMotion.leap`` does, by ``rolling_steps.rolling_stretch``."""
+    def fuse_steps(self, plan, command, function, kept, *given):
+        """Move as ``KinematicMotion.fuse_steps`` does, by ``rolling_steps.rolling_stretch``."""
         if not self._is_free():
             return 0, 0, NEAR
         (wheels, limits, gear, times), near = self._gear(), self._broad_phase

@@ -30,12 +30,12 @@ class Estimates(Part):
         self._schedule = None
         if rate is not None:
             self._schedule = OdometrySchedule(odometry_steps(team, rate, clock.step_size))
-        if self.can_leap:
+        if self.can_fuse:
             self.after_step = None
         self.reset()
 
     @property
-    def can_leap(self):
+    def can_fuse(self):
         """Return whether estimates are the true poses, at each step."""
         return not self._by_wheels and self._schedule is None
 

@@ -184,12 +184,6 @@ class Topology(Constant):
         return mean
 
     @property
-    def sole_senders(self):
-        """Return the row (n,) that each robot takes for its neighbours' mean, its own without any; None
-        where a robot has several neighbours."""
-        return self._means if self._look_up else None
-
-    @property
     def listeners(self):
         """Return ``receivers``, by its name in earlier versions."""
         return self.receivers

@@ -31,19 +31,17 @@ UNCHANGED = 1e-9  # [m/s] up to which a velocity is that which was wanted
 LEAST = 5e-11  # [m/s] beyond its limit a constraint asks for no solution: less than any tolerance
 
 
-def margins(points, distance, squash=None, within=np.inf):
+def margins(points, distance):
     """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,).
 
-    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n); ``squash`` (d,) as in ``safe_velocities``;
-    ``within`` [m]: the distance from which on pairs are left out.
+    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n).
     """
-    points = points if squash is None else points * squash
-    return _margins(points, distance, within)[:3]
+    return _margins(points, distance, np.inf)[:3]
 
 
 def _margins(seen, distance, within):
     """Return ``margins`` of the places ``seen`` (n, d), the pairs' differences of place, (m, d), and their
-    ``distance``, (m,) or a number."""
+    ``distance``, (m,) or a number; of pairs up to ``within`` [m] apart alone."""
     first, second = pairs_within(None, seen, within)
     apart = seen.take(first, axis=0) - seen.take(second, axis=0)
     needed = of_pairs(distance, first, second)

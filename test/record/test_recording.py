@@ -20,6 +20,7 @@ from mrs_simulator.record.recording import (
     Run,
     RunError,
     closest_approach,
+    facts_text,
     part_of,
     read_run_csv,
     write_facts,
@@ -153,6 +154,22 @@ def test_files_that_are_no_recording(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(RunError, match=said):
         read_run_csv(str(path))
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_collisions_are_indented_as_json_indents_them(count):
+    strange = 'a],\n      ["\u00e9'
+    collisions = [
+        Collision(1.0, "robot1", "crate", 0.5, -1e-7),
+        Collision(2.5, strange, strange, 0.0, 1e22, 0.25),
+        Collision(3, "robot2", "robot3", -0.0, 1 / 3),
+    ][:count]
+    rows = [[c.time, c.first, c.second, *c.place] for c in collisions]
+    facts = {"ended": "complete", "warnings": [], "collisions": rows}
+    text = facts_text(collisions, {"ended": "complete", "warnings": []})
+    assert text == json.dumps(facts, indent=2) + "\n"
+    with pytest.raises(ValueError):
+        facts_text([Collision(math.nan, "robot1", "robot2", 0.0, 0.0)])
 
 
 def test_what_is_written_of_a_run_is_read_back(tmp_path):

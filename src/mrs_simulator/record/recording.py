@@ -481,9 +481,21 @@ def write_facts(path, collisions=(), meta=None):
 def facts_text(collisions=(), meta=None):
     """Return what :func:`write_facts` writes."""
     finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
-    rows = [[c.time, c.first, c.second, *c.place] for c in collisions]
-    facts = {**finite, "collisions": rows}
-    return json.dumps(facts, indent=2, allow_nan=False) + "\n"
+    rows = [c if c.z else c[:5] for c in collisions]  # as Collision.place, 100,000 times
+    text = json.dumps({**finite, "collisions": []}, indent=2, allow_nan=False)
+    return (text[: -len("[]\n}")] + _indented(rows) + "\n}" if rows else text) + "\n"
+
+
+def _indented(rows):
+    """Return ``rows`` (tuples of numbers and texts) as ``json.dumps`` indents them in ``facts_text``.
+
+    With ``indent`` Python writes value by value, and there may be 100,000 rows.
+    """
+    between = ",\n      "
+    text = json.dumps(rows, separators=(between, ": "), allow_nan=False)
+    # no text holds a line's end: JSON escapes it
+    text = text[2:-2].replace("]" + between + "[", "\n    ],\n    [\n      ")
+    return "[\n    [\n      " + text + "\n    ]\n  ]"
 
 
 def _read_facts(path):

@@ -8,7 +8,9 @@ import pytest
 import rospy
 from ros_fixtures import PATIENCE, log_of, wait_until
 
+from mrs_simulator.control.user_code import CallFailed
 from mrs_simulator.nodes.control import reconfigure
+from mrs_simulator.nodes.control.node import ControlNode
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
@@ -95,6 +97,16 @@ def moving(probe, n):
 def at_rest(probe):
     """Wait until every robot stands; return the simulated time of that state [s]."""
     return probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0 and stamp()")
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_law_that_is_ended_with_its_node_has_not_failed(monkeypatch, ends):
+    logged, node = [], ControlNode.__new__(ControlNode)
+    node._stop = logged.append
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: ends)
+    monkeypatch.setattr(rospy, "logerr", lambda text, *given: logged.append(text % given))
+    node._lose(CallFailed("EOFError", "", "its process ended", "its process ended"))
+    assert ["failed" in text for text in logged] == ([] if ends else [True, True])
 
 
 def test_the_shipped_law_drives_and_stops_by_service(ros):

@@ -348,6 +348,8 @@ class ControlNode:
 
     def _lose(self, error):
         """Stop: the law raised, or did not end."""
+        if rospy.is_shutdown():  # which has stopped the robots, and ended the law
+            return
         if isinstance(error, TimedOut):
             self.law.end()
             start = START.format(rospy.resolve_name("~start"))

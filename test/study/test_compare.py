@@ -12,7 +12,7 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch, Mismatch
 from mrs_simulator.study.results.compare import compared, fit
 from mrs_simulator.study.results.report import main as report
-from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.experiment import played, run_experiment
 from mrs_simulator.world.world import EVERY, World
 
 TRUE = {"delay": 0.2, "speed": [0.93, 1.04, 1.0, 0.97], "track": [1.06, 0.95, 1.0, 1.02]}
@@ -48,6 +48,27 @@ def test_what_was_made_different_is_found():
     after = max(robot["most_apart"] for robot in again["robots"])
     assert before > 0.5 and after < 0.1 * before
     assert all(robot["speed_left"][0] < 0.06 for robot in found["robots"])
+
+
+def test_what_ramps_make_of_commands_is_no_difference_between_robots():
+    """One gets sudden commands, the other slow ones: a factor of either alone is far from 1."""
+    content = {
+        "poses": [[1.5, 1.0, 0.0], [-1.5, -1.0, 0.0]],
+        "limits": "firmware",
+        "control": {
+            "protocol": "displacement_formation",
+            "parameters": {"gain": 1.0, "shape": "line", "size": 1.5, "l": 0.4},
+        },
+        "topology": {"preset": "complete"},
+        "duration": 20.0,
+    }
+    sudden = scenario_from_dict(content)
+    lowered = {"preset": "firmware", "v_max": 0.2, "omega_max": 0.5}
+    slow = scenario_from_dict(dict(content, limits=lowered, mismatch={"delay": 0.1}))
+    found = compared(played(slow)[0], played(sudden)[0])
+    assert found["mismatch"]["delay"] == pytest.approx(0.1, abs=0.02)
+    np.testing.assert_allclose(found["mismatch"]["speed"], 1.0, atol=0.02)
+    np.testing.assert_allclose(found["mismatch"]["track"], 1.0, atol=0.02)
 
 
 def test_two_runs_of_the_same_robots_do_not_differ():

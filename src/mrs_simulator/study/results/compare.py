@@ -3,12 +3,13 @@
 Robots are taken to move as their commands of a little while ago say, at a speed and a turn rate
 that are off by a factor each:
 
-    v(t) = s_v v_command(t - d),    omega(t) = s_omega omega_command(t - d)
+    v(t) = s_v v_obeyed(t - d),    omega(t) = s_omega omega_obeyed(t - d)
 
-``d`` [s] is found by a search, the factors by least squares, for the real run and for the simulated
-one, whose own ramps look like a delay too.  What differs between the two is the estimate, in the
-form in which a scenario takes it as ``mismatch`` (``scenario/team/mismatch.py``): ``s_v`` is the scale
-of the speed, ``s_v / s_omega`` that of the track.
+``v_obeyed`` and ``omega_obeyed`` are what the commands of the run make of robots at rest, by the limits
+and ramps of its scenario; of a run without one, the commands.  ``d`` [s] is found by a search, the
+factors by least squares, for the real run and for the simulated one, which is a little late itself.
+What differs between the two is the estimate, in the form in which a scenario takes it as ``mismatch``
+(``scenario/team/mismatch.py``): ``s_v`` is the scale of the speed, ``s_v / s_omega`` that of the track.
 """
 
 import json
@@ -21,9 +22,11 @@ import numpy as np
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, wrap_angle
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.record.recording import RunError
+from mrs_simulator.vehicles.team import Team
 
 LONGEST_DELAY = 1.5  # [s] that is looked for
 DELAY_STEP = 0.005  # [s]
+PARTS = 5  # [-] of the time between two samples
 LEAST_MOTION = 0.02  # [m/s, rad/s] root mean square of commands that a factor is estimated from
 FIGURE, FILE = "compare", "compare.json"
 
@@ -63,20 +66,47 @@ def given(run):
     return np.stack([columns.get(axis, none) for axis in UNICYCLE_AXES], axis=2)
 
 
-def commanded(run, delay):
-    """Return the mean of the commands ``given``, (m-1, n, 2), between samples, ``delay`` [s] late.
+def obeyed(run):
+    """Return times (k,) [s], and what the commands ``given`` make of robots at rest then, (k, n, 2).
 
-    Between two samples commands are taken to change evenly, before the first to be zero.
+    By the limits and ramps of the run's scenario, ``PARTS`` times between two samples, between which
+    commands are taken to change evenly; without a scenario the commands at the samples.
     """
-    step, command = np.diff(run.time), given(run)
-    pieces = 0.5 * (command[1:] + command[:-1]) * step[:, np.newaxis, np.newaxis]
-    sums = np.concatenate([np.zeros_like(command[:1]), np.cumsum(pieces, axis=0)])
-    late = run.time - delay
-    at = np.clip(np.searchsorted(run.time, late, side="right") - 1, 0, len(step) - 1)
-    inside = np.clip(late - run.time[at], 0.0, None)[:, np.newaxis, np.newaxis]
-    slope = (command[at + 1] - command[at]) / step[at][:, np.newaxis, np.newaxis]
-    total = sums[at] + command[at] * inside + 0.5 * slope * inside**2
-    return np.diff(total, axis=0) / step[:, np.newaxis, np.newaxis]
+    command, scenario = given(run), run.scenario
+    if scenario is None or scenario.fidelity == "point_mass" or len(run.robots) != scenario.n:
+        return run.time, command
+    team = Team.from_scenario(scenario)
+    columns = dict(zip(team.axes, np.transpose(team.limits.of_all(team.n), (2, 0, 1))))
+    free = np.full((2, team.n), np.inf)
+    top, acceleration = np.transpose([columns.get(axis, free) for axis in UNICYCLE_AXES], (1, 2, 0))
+    rows = np.arange(PARTS * (len(command) - 1) + 1) / PARTS
+    time = np.interp(rows, np.arange(len(command)), run.time)
+    at, share = rows.astype(int), (rows % 1.0)[:, np.newaxis, np.newaxis]
+    then = command[np.minimum(at + 1, len(command) - 1)]
+    command = np.clip(command[at] + share * (then - command[at]), -top, top)
+    speed = np.zeros_like(command)
+    speed[0] = np.where(np.isinf(acceleration), command[0], 0.0)
+    for row, step in enumerate(np.diff(time)):
+        most = acceleration * step
+        speed[row + 1] = speed[row] + np.clip(command[row + 1] - speed[row], -most, most)
+    return time, speed
+
+
+def late(samples, time, speed, delay):
+    """Return the mean of ``speed``, ``delay`` [s] late, between ``samples`` (m,) [s], (m-1, n, 2).
+
+    Between the times at which ``speed`` (k, n, 2) is known it is taken to change evenly, before the
+    first to be zero.
+    """
+    step = np.diff(time)
+    pieces = 0.5 * (speed[1:] + speed[:-1]) * step[:, np.newaxis, np.newaxis]
+    sums = np.concatenate([np.zeros_like(speed[:1]), np.cumsum(pieces, axis=0)])
+    then = samples - delay
+    at = np.clip(np.searchsorted(time, then, side="right") - 1, 0, len(step) - 1)
+    inside = np.clip(then - time[at], 0.0, None)[:, np.newaxis, np.newaxis]
+    slope = (speed[at + 1] - speed[at]) / step[at][:, np.newaxis, np.newaxis]
+    total = sums[at] + speed[at] * inside + 0.5 * slope * inside**2
+    return np.diff(total, axis=0) / np.diff(samples)[:, np.newaxis, np.newaxis]
 
 
 def fit(run):
@@ -86,12 +116,14 @@ def fit(run):
     measured = np.stack(motion_of(run), axis=2)
     scale = np.maximum(np.sqrt(np.mean(measured**2, axis=0)), 1e-9)
 
+    speed = obeyed(run)
+
     def unexplained(delay):
-        return float(np.sum(_explained(measured, commanded(run, delay))[1] / scale**2))
+        return float(np.sum(_explained(measured, late(run.time, *speed, delay))[1] / scale**2))
 
     delays = np.arange(0.0, LONGEST_DELAY, DELAY_STEP)
     delay = float(delays[np.argmin([unexplained(each) for each in delays])])
-    wanted = commanded(run, delay)
+    wanted = late(run.time, *speed, delay)
     factor, left = _explained(measured, wanted)
     power = np.mean(wanted**2, axis=0)
     factor = np.where(power > LEAST_MOTION**2, factor, np.nan)
@@ -118,13 +150,15 @@ def compared(real, simulated):
     here, there = fit(real), fit(simulated)
     time, apart = distances(real, simulated)
     speed, turn = here.speed / there.speed, here.turn / there.turn
+    speed_error = speed * np.hypot(here.speed_error / here.speed, there.speed_error / there.speed)
+    turn_error = turn * np.hypot(here.turn_error / here.turn, there.turn_error / there.turn)
     robots = [
         {
             "robot": int(number),
             "speed_scale": _rounded(speed[row]),
-            "speed_scale_error": _rounded(here.speed_error[row]),
+            "speed_scale_error": _rounded(speed_error[row]),
             "track_scale": _rounded(speed[row] / turn[row]),
-            "track_scale_error": _rounded(math.hypot(here.speed_error[row], here.turn_error[row])),
+            "track_scale_error": _rounded(math.hypot(speed_error[row], turn_error[row])),
             "speed_left": [_rounded(here.speed_left[row]), _rounded(there.speed_left[row])],
             "turn_left": [_rounded(here.turn_left[row]), _rounded(there.turn_left[row])],
             "most_apart": _rounded(apart[:, row].max()),

@@ -14,7 +14,7 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QAbstractSlider, QApplication
 
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
-from mrs_simulator.rqt_plugin.run.preflight_run import Finding, PreflightRun
+from mrs_simulator.rqt_plugin.run.preflight_run import Finding, PreflightRun, real_arguments
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
 from mrs_simulator.scenario.requirements import RESULT_KEYS
@@ -279,7 +279,10 @@ def test_a_stage_that_is_received_late_still_says_which_robots_are_real(tmp_path
     run.begin("scenario.yaml", accepted=frozenset())
     assert answers == [(True, (0, []))] and "_real:=[2]" in given[0]
     assert run.ended(*answers[0]) and run.real == ["_real:=[2]"]
+    connection.asked = -9  # it is silent for a while
+    assert real_arguments(connection) == ["_real:=[2]"]
     connection.registered, connection.asked = set(), -9
+    assert real_arguments(connection) == []
     run.begin("scenario.yaml", accepted=frozenset())
     assert [found.what for found in answers[1][1][1]] == ["clock"] * simulated
 

@@ -8,6 +8,7 @@ from setuptools.command.build_py import build_py
 
 ROOT = os.path.dirname(os.path.abspath(__file__))
 SCENARIOS, DOCS = "scenarios", "docs"
+OF_THE_REPOSITORY = "development.md"  # what it tells of is not installed
 
 
 def version():
@@ -37,12 +38,12 @@ class BuildWithScenarios(build_py):
         self._copy_pages(os.path.join(self.build_lib, "mrs_simulator", DOCS))
 
     def _copy_pages(self, target):
-        """Copy the pages that errors name, without their pictures."""
+        """Copy the pages for users, without their pictures."""
         for folder in (DOCS, os.path.join(DOCS, "protocols")):
             there = os.path.join(target, os.path.relpath(folder, DOCS))
             os.makedirs(there, exist_ok=True)
             for name in sorted(os.listdir(os.path.join(ROOT, folder))):
-                if name.endswith(".md"):
+                if name.endswith(".md") and name != OF_THE_REPOSITORY:
                     shutil.copyfile(os.path.join(ROOT, folder, name), os.path.join(there, name))
 
 

@@ -581,6 +581,19 @@ def test_what_comes_before_the_start_is_no_part_of_a_record(team, tmp_path, fram
         assert json.load(file)["ended"] == "complete"
 
 
+def test_requirements_of_speed_go_by_what_a_robot_measures(team, tmp_path):
+    # Of 15 poses a second samples at 10 Hz leave out every third: a difference would be 0.27 m/s.
+    team.robot(1, "_rate:=15")
+    wanted = "\nrecord_rate: 10\nrequirements: {slow: always(each robot(speed < 0.22 m/s))}\n"
+    team.scenario.write_text(SCENARIO + wanted)
+    out = tmp_path / "run"
+    record = team.node("record", "--protocol", team.law, "--out", out, "--duration", 2, n=1)
+    wait_until(lambda: READY in log_of(record))
+    team.forward(AT_ONCE, STALLS, n=1)
+    (slow,) = team.ros.judged(record, out)["requirements"]
+    assert slow["met"] and slow["margin"] == pytest.approx(0.02), slow
+
+
 def test_a_record_of_a_dry_run_says_that_there_is_nothing(team, tmp_path):
     team.robot(1)
     record = team.node("record", "--out", tmp_path / "run", n=1)

@@ -13,15 +13,17 @@ from mrs_simulator.record.recording import RunError
 from mrs_simulator.ros.message_forms.messages import read_answered
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.results.bag_reading import read_bag
+from mrs_simulator.verdict.requirements.results import evaluated
 from mrs_simulator.verdict.verdict import judge
 
 SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}
 
 
-def write(path, odom="RosAria/pose", command="RosAria/cmd_vel", jitter=0.0):
+def write(path, odom="RosAria/pose", command="RosAria/cmd_vel", jitter=0.0, held_up=()):
     """Two robots of which each goes straight on at 0.5 m/s, by its own odometry, from 1 s on.
 
-    Before they are told to stand; every other odometry is late by ``jitter`` [s].
+    Before they are told to stand; every other odometry is late by ``jitter`` [s]; of
+    robot 2 that of the steps ``held_up`` comes 0.15 s after its stamp.
     """
     with rosbag.Bag(str(path), "w") as bag:
         for step in range(31):
@@ -31,7 +33,10 @@ def write(path, odom="RosAria/pose", command="RosAria/cmd_vel", jitter=0.0):
                 message.header.stamp = stamp
                 message.pose.pose.position.x = 0.05 * max(0, step - 10)
                 message.pose.pose.orientation.w = 1.0
-                bag.write("/robot{}/{}".format(robot, odom), message, stamp)
+                message.twist.twist.linear.x = 0.5 if step > 10 else 0.0
+                wait = 0.15 if robot == 2 and step in held_up else 0.0
+                came = stamp + rospy.Duration.from_sec(wait)
+                bag.write("/robot{}/{}".format(robot, odom), message, came)
                 if step >= 5:
                     twist = Twist()
                     twist.linear.x = 0.5 if step >= 10 else 0.0
@@ -53,6 +58,18 @@ def test_real_robots_are_read_in_the_common_frame(tmp_path, odom, command):
     np.testing.assert_allclose(run.pose[-1], expected, atol=0.0501)
     np.testing.assert_allclose(run.pose[-1, 0], expected[0], atol=1e-9)
     np.testing.assert_array_equal(run.command[-1], [[0.5, 0.0], [0.5, 0.0]])
+
+
+def test_requirements_of_speed_go_by_what_robots_measure(tmp_path):
+    wanted = {"slow": "always(speed < 0.6 m/s)"}
+    scenario = scenario_from_dict(
+        dict(SCENARIO, odometry="wheel", requirements=wanted, record_rate=10)
+    )
+    run = read_bag(write(tmp_path / "run.bag", held_up=(20,)), scenario)
+    moved = np.linalg.norm(np.diff(run.pose[:, 1, :2], axis=0), axis=1) / np.diff(run.time)
+    assert moved.max() > 0.6  # which one difference says of late poses
+    (slow,) = evaluated(None, run)
+    assert slow["met"] and slow["margin"] == pytest.approx(0.1)
 
 
 def test_what_a_joystick_did_before_the_start_is_no_part_of_the_run(tmp_path):

@@ -72,6 +72,51 @@ def test_distances_and_clearances_are_those_of_the_robots():
     assert np.allclose(signal_of("speed", None, run_of()).values[1], [0.0, 0.5, 0.5, 0.5, 0.5])
 
 
+def of_real_robots(**columns):
+    """Return :func:`run_of` real robots; the second's pose comes late at 2 s, and is 1 m on at 3 s."""
+    run = run_of(wanted="always(speed < 0.6 m/s)")
+    run.pose[2, 1] = run.pose[1, 1]
+    twist = np.zeros((5, 3, 3))
+    twist[:, 1] = [0.5, 0.0, 0.1]
+    meta = {"collisions_unknown": True}
+    given = dict(vars(run), meta=meta, twist=twist, **columns)
+    return Run(**{name: each for name, each in given.items() if each is not None})
+
+
+def test_speeds_of_real_robots_are_those_that_they_measure():
+    run = of_real_robots()
+    assert signal_of("speed", None, run).values[1].tolist() == [0.5] * 5
+    assert signal_of("turn_rate", None, run).values[1].tolist() == [0.1] * 5
+    assert evaluated(None, run)[0]["margin"] == pytest.approx(0.1)
+    # Among simulated ones.
+    real = np.zeros((5, 3), dtype=bool)
+    simulated = run_of().replace(real=real, twist=run.twist)
+    assert signal_of("speed", None, simulated).values[1].tolist() == [0.0] + [0.5] * 4
+    real[:, 1] = True
+    assert signal_of("speed", None, simulated).values[1].tolist() == [0.5] * 5
+
+
+@pytest.mark.parametrize(
+    "changes, reason",
+    [
+        ({"twist": None}, "report on their bag"),
+        ({"twist": np.zeros((5, 3, 3))}, "robot2: its odometry"),
+    ],
+)
+def test_speeds_that_real_robots_do_not_tell_are_not_guessed(changes, reason):
+    run = of_real_robots().replace(**changes)
+    found = evaluated(None, run)[0]
+    assert found["met"] is None and reason in found["note"]
+
+
+def test_contacts_of_real_robots_are_not_known():
+    found = evaluated(
+        None, of_real_robots().replace(scenario=scenario(none="always(contacts < 1)"))
+    )
+    assert found[0]["met"] is None
+    assert found[0]["note"] == "nothing reports collisions of real robots"
+
+
 def test_what_a_run_does_not_have_leaves_a_requirement_open():
     found = result("always error < 1 m")
     assert found["met"] is None and "protocol" in found["note"]

@@ -71,7 +71,7 @@ class RunRecorder:
         if self.sensors:
             self.sensors.wait()  # a stage may begin as soon as its state has subscribers
         self.source = make_source(scenario)
-        self._trace = _trace_of(scenario, self.source)
+        self._trace = _trace_of(scenario)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was commanded to
         self._wall_start = None
@@ -261,13 +261,10 @@ class RunRecorder:
         return []
 
 
-def _trace_of(scenario, source):
-    """Return the ``StepTrace`` of a stage's run, None of real robots, whose every sample is recorded.
-
-    Nor where requirements are of sensors, whose readings come by themselves.
-    """
+def _trace_of(scenario):
+    """Return the ``StepTrace`` of a run, None where requirements are of sensors, known elsewhere."""
     wanted = scenario.requirements
-    if not wanted or source.PACED or any(each.sensors for each in wanted):
+    if not wanted or any(each.sensors for each in wanted):
         return None
     return StepTrace(wanted)
 

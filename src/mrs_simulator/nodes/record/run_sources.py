@@ -236,6 +236,7 @@ class RobotsSource:
             pose=frame.pose(),
             command=command,
             commanded=command.any(axis=1),
+            real=np.full(len(command), True),
             joints=joints,
             twist=frame.twists(),
             spatial=frame.spatial() if self._team.is_spatial else None,

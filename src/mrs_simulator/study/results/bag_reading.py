@@ -233,7 +233,7 @@ def _from_states(bag, _topics, axes):
             break  # another team, a reset, another stage: another run
         run = run_of(message)
         command = on_axes(state.command, state.axes, axes) if state.axes != axes else state.command
-        states.append(state.replace(axes=axes, command=command, commanded=None, real=None))
+        states.append(state.replace(axes=axes, command=command, commanded=None))
     if any(state.has(SPATIAL) for state in states):
         states = [_in_space(state) for state in states]
     return stacked(states) if states else None
@@ -280,6 +280,7 @@ def _from_robots(bag, topics, axes):
         pose=table[:, :, :3],
         command=table[:, :, command],
         twist=_finite(table[:, :, 3:6]),
+        real=np.full(table.shape[:2], True),
         joints=np.zeros(table.shape[:2]),
         spatial=_spatial_of(_finite(table[:, :, 6 : len(FIELDS)])),
     )

@@ -12,6 +12,7 @@ from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
 from mrs_simulator.core.temporal_logic.robustness import Signal
 from mrs_simulator.scenario.requirements import ALL_SIGNALS, CURVE, SENSOR
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
+from mrs_simulator.state.columns import OUT_OF_PLANE, REAL, TWIST
 from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.requirements.clearances import clearance, of_obstacle, of_robot
 
@@ -92,11 +93,45 @@ def _length(control, run):
 
 
 def _speed(control, run):
-    return _rates(np.moveaxis(_places(run), 1, 0), run.time, _apart)
+    rates = _rates(np.moveaxis(_places(run), 1, 0), run.time, _apart)
+    return _as_told(run, rates, lambda: np.sqrt((_linear(run) ** 2).sum(axis=-1)))
 
 
 def _turn_rate(control, run):
-    return _rates(run.pose[:, :, 2].T, run.time, lambda now, before: wrap_angle(now - before))
+    rates = _rates(run.pose[:, :, 2].T, run.time, lambda now, before: wrap_angle(now - before))
+    return _as_told(run, rates, lambda: run.twist[:, :, 2])
+
+
+def _linear(run):
+    """Return the robots' linear velocities as recorded, (m, n, 3) [m/s]."""
+    up = run.out_of_plane[:, :, 0] if run.has(OUT_OF_PLANE) else np.zeros(run.pose.shape[:2])
+    return np.dstack([run.twist[:, :, :2], up])
+
+
+def _as_told(run, rates, velocities):
+    """Return the ``rates`` (n, m); of real robots the ``velocities()`` (m, n) that they measure.
+
+    A real robot's pose is the one received last, which a sample may hold for the second time, or two
+    poses later than the sample before: differences of them would be none, or twice what it drives.
+    """
+    if _all_real(run):
+        real = np.full(run.pose.shape[:2], True)
+    elif run.has(REAL) and run.real.any():
+        real = run.real
+    else:
+        return rates
+    if not run.has(TWIST):
+        raise Absent("run.csv keeps no velocities of robots that may be real: report on their bag")
+    silent = real.any(axis=0) & ~run.twist.any(axis=(0, 2)) & rates.any(axis=1)
+    if silent.any():
+        raise Absent("robot{}: its odometry tells no velocity".format(run.robots[silent.argmax()]))
+    return np.where(real, velocities(), rates.T).T
+
+
+def _all_real(run):
+    """Return whether all robots of ``run`` are real, of which nothing counts collisions."""
+    of_them = run.has(REAL) and run.real.size and run.real.all()
+    return bool(of_them or run.meta.get("collisions_unknown"))
 
 
 def _rates(values, time, difference):
@@ -150,6 +185,8 @@ def _lambda_2(control, run):
 
 
 def _contacts(control, run):
+    if _all_real(run):
+        raise Absent("nothing reports collisions of real robots")
     times = np.sort([each.time for each in run.collisions])
     return np.searchsorted(times, run.time, side="right")
 

@@ -12,6 +12,8 @@ import yaml
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.study.results.provenance import ROBOTS, read_provenance
+from mrs_simulator.study.results.reproduce import reproduce
 
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 ROBOT, P2OS = (os.path.join(HERE, name + "_robot.py") for name in ("rosaria", "p2os"))
@@ -590,8 +592,11 @@ def test_requirements_of_speed_go_by_what_a_robot_measures(team, tmp_path):
     record = team.node("record", "--protocol", team.law, "--out", out, "--duration", 2, n=1)
     wait_until(lambda: READY in log_of(record))
     team.forward(AT_ONCE, STALLS, n=1)
+    record.wait(PATIENCE)  # its figures, too
     (slow,) = team.ros.judged(record, out)["requirements"]
     assert slow["met"] and slow["margin"] == pytest.approx(0.02), slow
+    assert read_provenance(str(out))["recorded_of"] == ROBOTS
+    assert reproduce(str(out)) == 0  # its figures, of run.csv
 
 
 def test_a_record_of_a_dry_run_says_that_there_is_nothing(team, tmp_path):

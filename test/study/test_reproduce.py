@@ -13,7 +13,14 @@ from mrs_simulator.study.draw.canvas import new_figure, save, settle
 from mrs_simulator.study.draw.style import look
 from mrs_simulator.study.results import provenance as provenance_file
 from mrs_simulator.study.results import reproduce
-from mrs_simulator.study.results.provenance import provenance, read_provenance
+from mrs_simulator.study.results.provenance import (
+    LOCKSTEP,
+    ROBOTS,
+    provenance,
+    read_provenance,
+    write_provenance,
+)
+from mrs_simulator.study.results.report import control_of, read_run, write_report
 from mrs_simulator.study.results.reproduce import main
 from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.experiment import run_experiment
@@ -215,6 +222,30 @@ def test_what_is_no_text_is_refused(run, capsys):
     write_compiled(run, 1)
     code, said = reproduced(run / "run.csv", capsys)
     assert code == 2 and "compiled: 1, wanted a text" in said
+
+
+def test_what_robots_did_is_not_run_again_but_its_figures_are_made_of_it(run, capsys):
+    given = (run / "run.csv").read_text()
+    rows = given.replace(",10.0,-5.0", ",11.0,-5.0", 1)  # robot 1's point is elsewhere
+    (run / "run.csv").write_text(rows)
+    recorded = read_run(str(run))
+    write_report(recorded, str(run), ("png",), control_of(recorded), look("column"))
+    write_provenance(recorded.scenario, str(run), look("column"), ROBOTS)
+    code, said = reproduced(run, capsys)
+    assert code == 0 and said.startswith("recorded of robots in time: run.csv stays as it is")
+    assert said.count("the same bytes") == len(read_provenance(str(run))["outputs"]) > 3
+    (run / "run.csv").write_text(rows.replace(",11.0,-5.0", ",12.0,-5.0", 1))
+    code, said = reproduced(run, capsys)
+    assert code == 1 and "run.csv: other bytes, and the file was edited" in said
+    assert "trajectories.png: other bytes" in said and "changed: run.csv is another" in said
+
+
+def test_what_acts_over_ros_alone_is_named_where_bytes_differ(run, capsys):
+    (run / "run.csv").write_text("otherwise")
+    write_provenance(load_scenario(run / "scenario.yaml"), str(run), look("column"), LOCKSTEP)
+    code, said = reproduced(run / "run.csv", capsys)
+    assert code == 1 and "run.csv: other bytes" in said
+    assert "over ROS alone: a driver's preset" in said and "nothing" not in said
 
 
 def test_all_runs_of_a_study_are_run_again(run, capsys):

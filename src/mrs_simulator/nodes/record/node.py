@@ -38,6 +38,7 @@ from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.state.columns import LOAD
 from mrs_simulator.study.bad_input import refusing_bad_input
+from mrs_simulator.study.results.provenance import LOCKSTEP, ROBOTS, STAGE, write_provenance
 from mrs_simulator.study.results.report import begin_run, write_report, write_scenario
 from mrs_simulator.study.run.applied_scenario import what_ran
 from mrs_simulator.verdict.requirements.step_trace import StepTrace
@@ -238,7 +239,11 @@ class RunRecorder:
             meta["requirements"] = self._trace.results(*known, begun=self._start)
         recording.write_facts(self._file.path, collisions, meta)
         run = recording.read_run_csv(self._file.path, self.scenario)
-        return write_report(run, self.out, control=self.control)
+        verdict = write_report(run, self.out, control=self.control)
+        recorded_of = LOCKSTEP if meta.get("lockstep") else STAGE
+        known = {"recorded_of": ROBOTS if self.source.PACED else recorded_of}
+        write_provenance(self.scenario, self.out, **known)
+        return verdict
 
     def _take_what_ran(self, meta):
         """Take up what stage and controller ran in place of the scenario given; return warnings."""

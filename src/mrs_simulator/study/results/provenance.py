@@ -15,16 +15,18 @@ from mrs_simulator.study.results.ro_crate import MEANINGS, write_crate
 from mrs_simulator.study.results.stamp import digest, input_files, stamp_of
 from mrs_simulator.verdict.verdict import versions
 
+LOCKSTEP, STAGE, ROBOTS = "a stage in lockstep", "a stage", "robots"  # of which ROS tells
 KEYS = ("command", "versions", "commit", "processor", "seed", "look", "inputs", "outputs")
 
 
-def provenance(scenario, out, look):
+def provenance(scenario, out, look, recorded_of=""):
     """Return how the run of ``scenario`` in the directory ``out`` was made, a plain mapping.
 
     ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
     of a clone; ``processor``; ``compiled``: ``MRS_SIMULATOR_COMPILED``, None where it was unset, or
     "many" in a sweep that was compiled; ``seed``; ``look``: width [in] and style of the figures;
-    ``stamp``: what these carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the
+    ``recorded_of``: over ROS ``LOCKSTEP``, ``STAGE`` or ``ROBOTS``;
+    ``stamp``: what figures carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the
     outputs without those that hold wall times
     (``run.json``, ``verdict.json``).
     """
@@ -38,6 +40,7 @@ def provenance(scenario, out, look):
         "processor": processor(),
         "compiled": compiling.mode(),
         "seed": scenario.seed,
+        "recorded_of": recorded_of,
         "look": {"width": look.width, "style": {k: str(v) for k, v in look.style.items()}},
         "stamp": stamp_of(scenario),
         "inputs": inputs,
@@ -45,9 +48,9 @@ def provenance(scenario, out, look):
     }
 
 
-def write_provenance(scenario, out, look=None):
+def write_provenance(scenario, out, look=None, recorded_of=""):
     """Write ``provenance.json`` to the directory ``out``, whose other files are complete, and its crate."""
-    made = provenance(scenario, out, look or Look())
+    made = provenance(scenario, out, look or Look(), recorded_of)
     write_text(os.path.join(out, PROVENANCE_FILE), json.dumps(made, indent=2) + "\n")
     names = sorted({*MEANINGS, *made["outputs"]} & set(os.listdir(out)))
     write_crate(scenario.title, names, out)

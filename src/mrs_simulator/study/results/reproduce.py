@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import shutil
 import sys
 import tempfile
 
@@ -11,13 +12,35 @@ from mrs_simulator.core.writing import printing
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.draw.style import FORMATS, look
-from mrs_simulator.study.results.provenance import commit, processor, read_provenance
-from mrs_simulator.study.results.report import PROVENANCE_FILE
+from mrs_simulator.study.results.provenance import (
+    LOCKSTEP,
+    ROBOTS,
+    STAGE,
+    commit,
+    processor,
+    read_provenance,
+)
+from mrs_simulator.study.results.report import (
+    PROVENANCE_FILE,
+    RUN_FILE,
+    SCENARIO_FILE,
+    control_of,
+    read_run,
+    write_report,
+)
 from mrs_simulator.study.results.stamp import digest
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.verdict.verdict import versions
 
 SAME, OTHER = 0, 1  # exit codes
+UNCHANGED = "  nothing that is known has changed"
+OVER_ROS = (
+    "  over ROS alone: a driver's preset, what wheel odometry rounds, the last digits of tilt"
+)
+RECORDED = {  # whether its run.csv is kept
+    False: "recorded of {}: run again without ROS",
+    True: "recorded of {} in time: run.csv stays as it is, figures are made of it again",
+}
 
 
 @printing
@@ -71,21 +94,39 @@ def reproduce(path, style=""):
         outputs = {name: outputs[name]}
     formats = sorted({each.rpartition(".")[2] for each in outputs} & set(FORMATS))
     own_look = look(made["look"].get("width", ""), style)
-    scenario = load_scenario(os.path.join(out, "scenario.yaml"))
+    if made.get("recorded_of"):
+        print(RECORDED[_is_kept(made)].format(made["recorded_of"]))
     with tempfile.TemporaryDirectory(prefix="mrs_simulator") as directory:
         with compiling.as_made(_compiled(made)):  # which decides on last bits
-            run_experiment(scenario, directory, formats=formats, look=own_look)
+            _make_again(made, out, directory, formats, own_look)
         again = {each: digest(os.path.join(directory, each)) for each in outputs}
     now = {each: digest(os.path.join(out, each)) for each in outputs}
     for each in outputs:
         print("{}: {}".format(each, _said(again[each], outputs[each], now[each])))
     if again == outputs:
         return SAME if now == outputs else OTHER
-    changed = changes(made, out)
-    print(
-        "\n".join("  changed: " + each for each in changed) or "  nothing that is known has changed"
-    )
+    over_ros = made.get("recorded_of") == LOCKSTEP
+    changed = ["  changed: " + each for each in changes(made, out)]
+    print("\n".join(changed) or (OVER_ROS if over_ros else UNCHANGED))
     return OTHER
+
+
+def _is_kept(made):
+    """Return whether what was ``made`` is of robots, or a stage, in time: it cannot be run again."""
+    return made.get("recorded_of") in (STAGE, ROBOTS)
+
+
+def _make_again(made, out, directory, formats, own_look):
+    """Make in ``directory`` the files of the run in ``out`` again; what robots did stays as it is."""
+    if not _is_kept(made):
+        scenario = load_scenario(os.path.join(out, SCENARIO_FILE))
+        run_experiment(scenario, directory, formats=formats, look=own_look)
+        return
+    for name in os.listdir(out):
+        if name.endswith((".csv", ".json")) or name == SCENARIO_FILE:
+            shutil.copy(os.path.join(out, name), directory)
+    run = read_run(directory)
+    write_report(run, directory, formats, control_of(run), own_look)
 
 
 def _compiled(made):
@@ -117,7 +158,10 @@ def changes(made, out):
     for name, value in (("commit", commit()), ("processor", processor())):
         if made[name] != value:
             found.append("{} {}, was {}".format(name, value or "unknown", made[name] or "unknown"))
-    for path, value in made["inputs"].items():
+    inputs = dict(made["inputs"])
+    if _is_kept(made):
+        inputs[RUN_FILE] = made["outputs"].get(RUN_FILE)
+    for path, value in inputs.items():
         now = digest(path if os.path.isabs(path) else os.path.join(out, path))
         if now != value:
             found.append("{} {}".format(path, "is another" if now else "is gone"))

@@ -50,7 +50,7 @@ def _graph(title, names, out, now):
         "@id": "./",
         "@type": "Dataset",
         "name": title or "A run of mrs_simulator",
-        "description": "A simulated run of a multi-robot system, its figures and its verdict",
+        "description": "A run of a multi-robot system, its figures and its verdict",
         "datePublished": now,
         "license": UNLICENSED,
         "hasPart": files,

@@ -12,8 +12,10 @@ import yaml
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.results.provenance import ROBOTS, read_provenance
 from mrs_simulator.study.results.reproduce import reproduce
+from mrs_simulator.study.results.stamp import stamp_of
 
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 ROBOT, P2OS = (os.path.join(HERE, name + "_robot.py") for name in ("rosaria", "p2os"))
@@ -424,12 +426,18 @@ def test_preflight_of_robots_that_stand_ready(team, tmp_path):
     assert "robot4 is fresh" in text and "predicted geofence" in text
     # They publish every 0.1 s; a law that breaks below 40 Hz has no margin of 1.5 left, nor has its delay.
     axes = [axis("control.rate", 50.0, 40.0), axis("mismatch.delay", 0.0, 0.21)]
-    (tmp_path / "margins.json").write_text(json.dumps({"axes": axes}))
+    stamp = stamp_of(load_scenario(team.scenario))
+    (tmp_path / "margins.json").write_text(json.dumps({"axes": axes, "stamp": stamp}))
     (tmp_path / "compare.json").write_text('{"mismatch": {"delay": 0.155}}')
     given = "--margins", str(tmp_path), "--measured", str(tmp_path / "compare.json")
     code, text = preflight(team, *bounds, "_v_max:=0.2", *given)
     assert code == 1 and "NOT OK  margin of control.rate" in text, text
     assert "0.155 measured, kept breaks at 0.21, wanted 1.5 times" in text, text
+    assert "\nOK      margins " in text
+    team.scenario.write_text(SCENARIO.replace("k: 0.1", "k: 0.2"))
+    code, text = preflight(team, *bounds, "_v_max:=0.2", *given)
+    assert code == 1 and "NOT OK  margins " in text and "of another scenario" in text, text
+    team.scenario.write_text(SCENARIO)
     # The same robots, asked for more.
     code, text = preflight(team, "_frame_source:=odometry", "_geofence:=[-2, -2, 2, 2]")
     assert code == 1, text

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.study.draw.margins_figure import NEUTRAL, WORDS, margins_figure
 from mrs_simulator.study.draw.sweep_figures import PASSED
 from mrs_simulator.study.run.simulating import simulate
@@ -15,6 +15,7 @@ from mrs_simulator.study.search.margin_checks import (
     margin_checks,
     read_margins,
     read_measured,
+    scenario_check,
 )
 from mrs_simulator.study.search.margins import USUAL, Axis, axes_of
 from mrs_simulator.study.search.margins_command import lines_of, main
@@ -273,10 +274,30 @@ def test_the_worst_corner_stands_in_the_figure():
 
 
 def test_what_is_not_measured_or_does_not_break_is_no_trouble():
-    assert margin_checks({"axes": AXES}, {"control.rate": [9.0]}) == []
+    (check,) = margin_checks({"axes": AXES}, {"control.rate": [9.0]})
+    assert check.passed and check.text == "not measured, kept breaks at 0.21 s"
     free = [dict(AXES[0], breaks={"near": None})]
     (check,) = margin_checks({"axes": free}, {"mismatch.delay": [0.3]})
     assert check.passed and "all hold to 1 s" in check.text
+    assert margin_checks({"axes": free}, {}) == []
+    (check,) = margin_checks({"axes": free}, {"mismatch.delay": [1.5]})
+    assert not check.passed and check.text == "1.5 s measured, tried only to 1 s"
+
+
+def test_margins_are_of_the_scenario_and_law_as_they_are_now(tmp_path):
+    path, out = scenario_file(tmp_path), tmp_path / "out"
+    assert run(path, "--out", out, "--along", "control.rate=9", "--formats", "") == 0
+    report = read_margins(str(out))
+
+    def check(text):
+        path.write_text(text)
+        return scenario_check(report, load_scenario(path))
+
+    assert check(SCENARIO).passed
+    changed = check(SCENARIO.replace("gain: 3.0", "gain: 4.0"))
+    assert not changed.passed and str(path) in changed.text
+    del report["stamp"]
+    assert not check(SCENARIO).passed
 
 
 def test_files_of_other_programs_are_named(tmp_path):

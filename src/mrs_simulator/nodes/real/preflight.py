@@ -1,5 +1,6 @@
 """Preflight node: listens to the robots and reports whether they can be driven."""
 
+import argparse
 import contextlib
 import json
 import logging
@@ -31,7 +32,12 @@ from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.run import preflight
-from mrs_simulator.study.search.margin_checks import margin_checks, read_margins, read_measured
+from mrs_simulator.study.search.margin_checks import (
+    margin_checks,
+    read_margins,
+    read_measured,
+    scenario_check,
+)
 from mrs_simulator.vehicles import Team
 
 LISTENING = 2.0  # [s] of wall time in which silences are measured
@@ -49,12 +55,13 @@ ARGUMENTS = dict(
 class Preflight:
     """Subscribes to every robot and checks what it receives."""
 
-    def __init__(self, scenario, margins=None, measured=None):
+    def __init__(self, scenario, margins=None, measured=None, stated=None):
         """Take the bounds from the same parameters as the control node.
 
-        ``margins``: the report of the scenario's, None without; ``measured``: values by key.
+        ``margins``: the report of the scenario's, None without; ``measured``: values by key;
+        ``stated``: the scenario that margins are of, as its file has it.
         """
-        self._margins, self._measured = margins, measured or {}
+        self._margins, self._measured, self._stated = margins, measured or {}, stated
         self.scenario, self._found = scenario, None
         self.fence = checked_fence(read(GEOFENCE))
         self.least = read(LEAST_DISTANCE)
@@ -116,7 +123,8 @@ class Preflight:
             return []
         # Commands go by the odometry received last, at no higher a rate than that.
         rates = [min(self.scenario.control.rate, 1.0 / max(age, NAP)) for age in ages]
-        return margin_checks(self._margins, {"control.rate": rates, **self._measured})
+        known = {"control.rate": rates, **self._measured}
+        return [scenario_check(self._margins, self._stated), *margin_checks(self._margins, known)]
 
     def _stopping(self, places):
         team = stopping_team(self.scenario)
@@ -151,6 +159,12 @@ class Preflight:
             sys.exit(INTERRUPTED)
 
 
+def _stated(arguments):
+    """Return the scenario that ``arguments`` name, without what they say of robots' odometry and limits."""
+    kept = {key: getattr(arguments, key) for key in ("scenario", "protocol", "robots")}
+    return scenario_from(argparse.Namespace(**kept))
+
+
 def _checked(scenario, *margins):
     """Return the checks, and forget the parameters, which would else hold for the next time too."""
     try:
@@ -175,7 +189,7 @@ def main(argv=None):
         # rospy's, which some systems show among the lines of the table
         logging.disable(logging.INFO)
         start_node("preflight")
-        checks = _checked(scenario, margins, measured)
+        checks = _checked(scenario, margins, measured, _stated(arguments))
         if arguments.json:
             write_text(arguments.json, json.dumps(preflight.as_rows(checks), indent=1))
     wrong = sum(not check.passed for check in checks)

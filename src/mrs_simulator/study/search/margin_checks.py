@@ -3,6 +3,7 @@
 import json
 import os
 
+from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.preflight import Check
 from mrs_simulator.study.search.margins import Axis, acts
 from mrs_simulator.study.search.margins_command import IDLE, REPORT
@@ -50,16 +51,31 @@ def _read(path):
         raise MarginsError("{}: {}".format(path, error)) from None
 
 
+def scenario_check(report, scenario):
+    """Return a ``Check`` that the margins' ``report`` is of ``scenario`` and its law as they are now."""
+    if "stamp" not in report:
+        return Check("margins", False, "do not say of which scenario they are: measure them again")
+    if report["stamp"] == stamp_of(scenario):
+        return Check("margins", True, "of this scenario and law")
+    text = "of another scenario or law, or from before a change of {}: measure them again"
+    return Check("margins", False, text.format(report.get("scenario", "it")))
+
+
 def margin_checks(report, measured):
-    """Return a ``Check`` of each axis of the margins' ``report`` that is ``measured``: values by key.
+    """Return a ``Check`` of each axis of the margins' ``report``; ``measured``: values by key.
 
     What breaks first must be ``SPARE`` times as far from the nominal value as the farthest measured one.
+    An axis along which something breaks and that was not measured is named, and passes.
     """
     checks = []
     for row in report["axes"]:
         axis = Axis(row["key"], row["nominal"], row["end"], row["unit"])
+        first = _first(axis, row["breaks"])
+        if axis.key not in measured and first:
+            text = "not measured, " + _breaking(axis, first)
+            checks.append(Check(_subject(axis), True, text))
         for value in _farthest(axis, measured.get(axis.key, ())):
-            checks.append(_check(axis, value, row["breaks"], acts(row)))
+            checks.append(_check(axis, value, first, acts(row)))
     return checks
 
 
@@ -68,16 +84,33 @@ def _farthest(axis, values):
     return sorted((v for v in values if axis.share(v) > 0.0), key=axis.share)[-1:]
 
 
-def _check(axis, value, breaks, may_break):
-    unit = " " + axis.unit if axis.unit else ""
-    subject = "margin of {}".format(axis.key)
-    first = [(axis.share(pair[1]), name, pair[1]) for name, pair in breaks.items() if pair]
-    if not first:
+def _subject(axis):
+    return "margin of {}".format(axis.key)
+
+
+def _first(axis, breaks):
+    """Return the share of the way, the name and the value of what breaks first, None where all hold."""
+    found = [(axis.share(pair[1]), name, pair[1]) for name, pair in breaks.items() if pair]
+    return min(found) if found else None
+
+
+def _with_unit(axis, value):
+    return "{:.3g}{}".format(value, " " + axis.unit if axis.unit else "")
+
+
+def _breaking(axis, first):
+    return "{} breaks at {}".format(first[1], _with_unit(axis, first[2]))
+
+
+def _check(axis, value, first, may_break):
+    text = _with_unit(axis, value) + " measured, "
+    if first is None:
         passed = axis.share(value) <= 1.0
-        text = "{:.3g}{} measured, {} to {:.3g}{}"
-        text = text.format(value, unit, "all hold" if may_break else IDLE, axis.end, unit)
-        return Check(subject, passed, text)
-    share, name, at = min(first)
-    text = "{:.3g}{} measured, {} breaks at {:.3g}{}".format(value, unit, name, at, unit)
-    passed = share >= SPARE * axis.share(value)
-    return Check(subject, passed, text if passed else text + ", wanted {:g} times".format(SPARE))
+        said = IDLE + " to" if not may_break else "all hold to" if passed else "tried only to"
+        text += "{} {}".format(said, _with_unit(axis, axis.end))
+        return Check(_subject(axis), passed, text)
+    passed = first[0] >= SPARE * axis.share(value)
+    text += _breaking(axis, first)
+    return Check(
+        _subject(axis), passed, text if passed else text + ", wanted {:g} times".format(SPARE)
+    )

@@ -52,9 +52,10 @@ def margins(arguments):
     search = Search(content, path, None, arguments.jobs, arguments.scheduler, tell)
     os.makedirs(arguments.out, exist_ok=True)
     found = Margins(search, axes, scenario.n).found()
-    report = {"scenario": path, "runs": search.runs, **found}
+    stamp = stamp_of(scenario)
+    report = {"scenario": path, "stamp": stamp, "runs": search.runs, **found}
     write_text(os.path.join(arguments.out, REPORT), json.dumps(report, indent=2) + "\n")
-    _draw(report, arguments.out, look._replace(stamp=stamp_of(scenario)), formats)
+    _draw(report, arguments.out, look._replace(stamp=stamp), formats)
     print("\n".join(lines_of(report)))
     return 0
 

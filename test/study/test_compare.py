@@ -10,7 +10,7 @@ from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch, Mismatch
-from mrs_simulator.study.results.compare import compared, fit
+from mrs_simulator.study.results.compare import compared, comparison_text, fit
 from mrs_simulator.study.results.report import main as report
 from mrs_simulator.study.run.experiment import played, run_experiment
 from mrs_simulator.world.world import EVERY, World
@@ -69,6 +69,15 @@ def test_what_ramps_make_of_commands_is_no_difference_between_robots():
     assert found["mismatch"]["delay"] == pytest.approx(0.1, abs=0.02)
     np.testing.assert_allclose(found["mismatch"]["speed"], 1.0, atol=0.02)
     np.testing.assert_allclose(found["mismatch"]["track"], 1.0, atol=0.02)
+
+
+def test_a_dead_robot_is_compared_too():
+    dead = mismatch_of({"speed": [1.0, 0.0, 1.0, 1.0]})
+    found = compared(driven(dead, seconds=8.0), driven(seconds=8.0))  # nobody touches it
+    scale = found["robots"][1]["speed_scale"], found["robots"][1]["speed_scale_error"]
+    assert scale == (0.0, 0.0)
+    np.testing.assert_allclose(found["mismatch"]["speed"], [1.0, 0.0, 1.0, 1.0], atol=0.01)
+    assert "robot2       0.000 +- 0.000" in comparison_text(found)
 
 
 def test_two_runs_of_the_same_robots_do_not_differ():

@@ -241,8 +241,8 @@ class RunRecorder:
         run = recording.read_run_csv(self._file.path, self.scenario)
         verdict = write_report(run, self.out, control=self.control)
         recorded_of = LOCKSTEP if meta.get("lockstep") else STAGE
-        known = {"recorded_of": ROBOTS if self.source.PACED else recorded_of}
-        write_provenance(self.scenario, self.out, **known)
+        recorded_of = ROBOTS if self.source.PACED else recorded_of
+        write_provenance(self.scenario, self.out, recorded_of=recorded_of)
         return verdict
 
     def _take_what_ran(self, meta):

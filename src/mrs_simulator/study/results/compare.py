@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import UNICYCLE_AXES, wrap_angle
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, clip_commands, ramp, wrap_angle
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.record.recording import RunError
 from mrs_simulator.vehicles.team import Team
@@ -83,12 +83,11 @@ def obeyed(run):
     time = np.interp(rows, np.arange(len(command)), run.time)
     at, share = rows.astype(int), (rows % 1.0)[:, np.newaxis, np.newaxis]
     then = command[np.minimum(at + 1, len(command) - 1)]
-    command = np.clip(command[at] + share * (then - command[at]), -top, top)
+    command = clip_commands(command[at] + share * (then - command[at]), top)
     speed = np.zeros_like(command)
     speed[0] = np.where(np.isinf(acceleration), command[0], 0.0)
     for row, step in enumerate(np.diff(time)):
-        most = acceleration * step
-        speed[row + 1] = speed[row] + np.clip(command[row + 1] - speed[row], -most, most)
+        speed[row + 1], _ = ramp(speed[row], command[row + 1], acceleration, step)
     return time, speed
 
 
@@ -150,14 +149,16 @@ def compared(real, simulated):
     here, there = fit(real), fit(simulated)
     time, apart = distances(real, simulated)
     speed, turn = here.speed / there.speed, here.turn / there.turn
-    speed_error = speed * np.hypot(here.speed_error / here.speed, there.speed_error / there.speed)
-    turn_error = turn * np.hypot(here.turn_error / here.turn, there.turn_error / there.turn)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a dead robot does not turn
+        track = speed / turn
+    speed_error = np.hypot(here.speed_error, speed * there.speed_error) / np.abs(there.speed)
+    turn_error = np.hypot(here.turn_error, turn * there.turn_error) / np.abs(there.turn)
     robots = [
         {
             "robot": int(number),
             "speed_scale": _rounded(speed[row]),
             "speed_scale_error": _rounded(speed_error[row]),
-            "track_scale": _rounded(speed[row] / turn[row]),
+            "track_scale": _rounded(track[row]),
             "track_scale_error": _rounded(math.hypot(speed_error[row], turn_error[row])),
             "speed_left": [_rounded(here.speed_left[row]), _rounded(there.speed_left[row])],
             "turn_left": [_rounded(here.turn_left[row]), _rounded(there.turn_left[row])],
@@ -167,7 +168,7 @@ def compared(real, simulated):
         for row, number in enumerate(real.robots)
     ]
     delay = here.delay - there.delay
-    scales = np.where(np.isfinite([speed, speed / turn]), [speed, speed / turn], 1.0).round(4)
+    scales = np.where(np.isfinite([speed, track]), [speed, track], 1.0).round(4)
     return {
         "delay": round(delay, 6),
         "delays": [here.delay, there.delay],

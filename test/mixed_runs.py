@@ -29,6 +29,8 @@ def connected():
     heard = gui.connection._master.subscribers.values()
     return all(each.get_num_connections() for each in heard if published.get(each.resolved_name))
 until(connected)
+# rospy counts a connection before the publisher knows of it: the latched estimate tells that it does.
+until(lambda: gui.study.scenario.estimates is None or gui.history.estimate is not None)
 click("pause")
 span = float(sys.argv[2])
 def done():

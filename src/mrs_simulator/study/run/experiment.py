@@ -35,6 +35,7 @@ from mrs_simulator.verdict.requirements.step_trace import StepTrace
 from mrs_simulator.verdict.theory.meetings import meetings_ahead
 from mrs_simulator.verdict.user_values import texts_of
 from mrs_simulator.world.command_watchdogs import LARGEST_COMMAND
+from mrs_simulator.world.contact.contact_arrays import collisions_of
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -74,7 +75,7 @@ class Experiment:
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
         self._recorder = None  # of these sensors
         self.trace = StepTrace(scenario.requirements) if scenario.requirements else None
-        self.collisions, self.incidents = [], []
+        self._collisions, self._begun, self.incidents = [], [], []
         self.warnings = scenario.warnings() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
         self.warnings += self.control.foreseen + self._warned()
@@ -176,8 +177,19 @@ class Experiment:
     def advance(self):
         """Let the world make a step."""
         self.world.step()
-        self.collisions.extend(self.world.contacts.take())
+        self.take_collisions()
         self.incidents.extend(self.world.faults.take())
+
+    def take_collisions(self):
+        """Take over the collisions that have begun in the world."""
+        self._begun += self.world.contacts.take_begun()
+
+    @property
+    def collisions(self):
+        """Return the ``Collision``s so far, a list that grows."""
+        self._collisions += collisions_of(self._begun)
+        self._begun.clear()
+        return self._collisions
 
     def push(self, row, by):
         """Put robot ``row`` elsewhere, ``by`` (2,) [m], as an event of the scenario that is due now."""

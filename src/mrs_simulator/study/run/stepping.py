@@ -165,5 +165,5 @@ class Stepping:
         """Let world and experiment be where robots have come to."""
         if self._moved.is_on:
             self._filled += self._moved.end()
-            self._experiment.collisions.extend(self._world.contacts.take())
+            self._experiment.take_collisions()
             self._experiment.step = self._world.steps

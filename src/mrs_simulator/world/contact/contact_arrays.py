@@ -40,9 +40,9 @@ class Touches(Sequence):
         return Contact(*names, *middle[k].tolist(), float(depth[k]), float(z[k]))
 
     def starts(self, pairs, time):
-        """Return the ``Collision``s of the ``pairs`` (k,) of robots that begin to touch at ``time`` [s]."""
+        """Return the ``PairsBegun`` of the ``pairs`` (k,) of robots that begin to touch at ``time`` [s]."""
         rows = self.first[pairs], self.second[pairs]
-        return begun_at(np.full(len(pairs), time), *rows, *self._pairs[0][pairs].T)
+        return PairsBegun(np.full(len(pairs), time), *rows, *self._pairs[0][pairs].T)
 
     def __len__(self):
         return len(self.first) + len(self.others)
@@ -52,12 +52,29 @@ class Touches(Sequence):
         return self.pair(k) if k < len(self.first) else self.others[k - len(self.first)]
 
 
-def begun_at(times, first, second, x, y):
-    """Return the ``Collision``s of pairs of robots in rows, (k,), that begin at ``times`` (k,) [s]."""
-    names = (map(robot_name, rows.tolist()) for rows in (first, second))
-    values = times.tolist(), *names, x.tolist(), y.tolist(), itertools.repeat(0.0)
-    # Of a named tuple's own constructor it would take twice as long.
-    return list(map(tuple.__new__, itertools.repeat(Collision), zip(*values)))
+class PairsBegun(NamedTuple):
+    """The starts of contacts of k pairs of robots, as arrays: a crowd has 100,000 before anybody looks."""
+
+    time: np.ndarray  # (k,) [s]
+    first: np.ndarray  # (k,) rows
+    second: np.ndarray
+    x: np.ndarray  # (k,) [m] in the common frame
+    y: np.ndarray
+
+    def collisions(self):
+        """Return the ``Collision``s."""
+        names = (map(robot_name, rows.tolist()) for rows in (self.first, self.second))
+        values = self.time.tolist(), *names, self.x.tolist(), self.y.tolist(), itertools.repeat(0.0)
+        # Of a named tuple's own constructor it would take twice as long.
+        return list(map(tuple.__new__, itertools.repeat(Collision), zip(*values)))
+
+
+def collisions_of(begun):
+    """Return the ``Collision``s of ``begun``, of such and of ``PairsBegun``, in its order."""
+    found = []
+    for each in begun:
+        found += each.collisions() if isinstance(each, PairsBegun) else [each]
+    return found
 
 
 @functools.lru_cache(maxsize=MOST_ROBOTS)

@@ -6,7 +6,7 @@ from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.record.recording import Collision
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
 from mrs_simulator.world.contact.compiled_contacts import UNSORTED, compiled_note
-from mrs_simulator.world.contact.contact_arrays import Touches
+from mrs_simulator.world.contact.contact_arrays import Touches, collisions_of
 from mrs_simulator.world.part import Part
 
 FORGET = 0.1  # [s] without contact after which touching again is a new collision
@@ -90,7 +90,7 @@ class Contacts(Part):
         """Note that the pairs of ``touches`` that are ``fresh``, (k,) bool, begin to touch now."""
         begun = np.flatnonzero(fresh)
         if len(begun):
-            self._new += touches.starts(begun, self._clock.time)
+            self._new.append(touches.starts(begun, self._clock.time))
 
     def measure(self):
         """Return the least distance [m] between two centres so far, now included."""
@@ -105,12 +105,16 @@ class Contacts(Part):
 
     def go_on_from(self, pairs, steps, closest, new):
         """Go on from ``pairs`` and ``steps`` as :attr:`pairs` has them, the distance ``closest`` [m] so far
-        and ``new`` collisions."""
+        and the ``new`` collisions, ``PairsBegun``."""
         self._pairs, self._steps, self.closest = pairs, steps, closest
-        self._new += new
+        self._new.append(new)
 
     def take(self):
         """Return the collisions begun since the last call."""
+        return collisions_of(self.take_begun())
+
+    def take_begun(self):
+        """Return what :meth:`take` does, with pairs of robots as ``PairsBegun``."""
         taken, self._new = self._new, []
         return taken
 

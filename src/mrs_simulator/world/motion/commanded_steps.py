@@ -19,7 +19,7 @@ from mrs_simulator.world.contact.bodies import ROUNDING
 from mrs_simulator.world.contact.collisions import SKIN
 from mrs_simulator.world.contact.compiled_contacts import APART, note_all
 from mrs_simulator.world.contact.compiled_contacts import STALE as LIST_IS_STALE
-from mrs_simulator.world.contact.contact_arrays import begun_at
+from mrs_simulator.world.contact.contact_arrays import PairsBegun
 from mrs_simulator.world.contact.contacts import FORGET
 from mrs_simulator.world.motion.crowd_steps import step_all
 from mrs_simulator.world.motion.stretch_parts import copy, keep
@@ -334,10 +334,10 @@ class CommandedSteps:
         state = self._poses[here].T.copy("F"), self._inners[here].T.copy("F")
         world.motion.go_on_from(*state, headings, looked, hits)
         pairs, steps = self._noted[0][counts[NOTED], :, :count].copy()
-        world.contacts.go_on_from(pairs, steps, float(self._numbers[CLOSEST]), self._collisions())
+        world.contacts.go_on_from(pairs, steps, float(self._numbers[CLOSEST]), self._begun())
 
-    def _collisions(self):
-        """Return the ``Collision``s begun."""
+    def _begun(self):
+        """Return the ``PairsBegun`` of these steps."""
         begun = self._counts[BEGUN]
-        steps, *rows = self._noted[1][:, :begun]
-        return begun_at(steps * self._world.step_size, *rows, *self._noted[2][:, :begun])
+        steps, *rows = self._noted[1][:, :begun].copy()
+        return PairsBegun(steps * self._world.step_size, *rows, *self._noted[2][:, :begun].copy())

@@ -461,8 +461,8 @@ class InMemory(Recorder):
         """Return the ``Run`` with the facts that ``write_facts`` takes; ``RunError`` where that is none."""
         if not self.has_kept_all:
             raise RunError("the run: wanted finite numbers of at least one sample")
-        facts = _facts_in(json.loads(facts_text(collisions, meta)), "the run")
-        return self.kept.run(self._times[: self._samples], scenario, facts)
+        _, facts = _facts_in(json.loads(facts_text((), meta)), "the run")
+        return self.kept.run(self._times[: self._samples], scenario, (collisions, facts))
 
 
 def facts_path(path):

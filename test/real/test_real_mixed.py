@@ -4,8 +4,12 @@ import sys
 import xmlrpc.client
 
 import numpy as np
+import pytest
 from ros_fixtures import PATIENCE, wait_until
 from test_rosaria import ROBOT, START
+
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.verdict.requirements.results import evaluated
 
 # Robot 1 is real and behind a driver; its line is 0.8 m apart, to the left of the last robot.
 TEAM = """
@@ -73,3 +77,54 @@ def test_one_protocol_drives_real_and_simulated_robots_of_three_kinds(ros, tmp_p
         return np.abs(gaps).max() < 0.05
 
     wait_until(is_formed)
+
+
+TWO = """
+poses: [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
+odometry: wheel
+record_rate: 10
+control: {protocol: law.py, rate: 20}
+requirements: {slow: always(each robot(speed < 0.22 m/s))}
+"""
+FORWARD = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Forward(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.2, 0.0) for i in pos_map}
+"""
+
+
+@pytest.mark.parametrize("real", [(), (1,), (1, 2)], ids=["simulated", "mixed", "real"])
+def test_a_killed_recorder_leaves_who_is_real_and_how_fast_they_are(ros, tmp_path, real):
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.setParam("/test", "/use_sim_time", False)  # which drivers look at once
+    for number in real:
+        ours = "/robot{}/".format(number)
+        names = (
+            "{0}RosAria/{1}:={0}{2}".format(ours, their, our)
+            for their, our in (("pose", "odom"), ("cmd_vel", "cmd_vel"))
+        )
+        # Of 15 poses a second samples at 10 Hz leave out every third.
+        driver = [sys.executable, ROBOT, "__name:=RosAria", "__ns:=" + ours[:-1], *names]
+        ros.start("driver{}".format(number), [*driver, "_rate:=15"])
+        odom = [ours + "odom", "nav_msgs/Odometry"]
+        wait_until(lambda odom=odom: odom in master.getPublishedTopics("/test", "")[2])
+    master.setParam("/test", "/use_sim_time", real != (1, 2))
+    (tmp_path / "law.py").write_text(FORWARD)
+    scenario, out = tmp_path / "two.yaml", tmp_path / "out"
+    scenario.write_text(TWO)
+    if real != (1, 2):
+        ros.node("stage", "--scenario", scenario, *(["--real", 1] if real else []))
+    record = ros.node("record", "--scenario", scenario, "--out", out)
+    own = ["_odom_timeout:=5", "_max_jump:=0"] + ["_real:=1"] * (real == (1,))
+    ros.node("pioneer_control", "--scenario", scenario, *own, "_autostart:=true")
+    table = out / "run.csv"
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 40)
+    record.kill()
+    record.wait(PATIENCE)
+    run = read_run(str(out))
+    assert run.are_real.any(axis=0).tolist() == [number in real for number in (1, 2)]
+    (slow,) = evaluated(None, run)
+    assert slow["met"], slow
+    assert ("twist.linear.x" in table.read_text()) == bool(real)

@@ -279,21 +279,23 @@ def test_a_team_edited_while_the_simulation_starts_is_sent_once_that_is_there(mo
     assert team.is_settled() and team.send() == "" and len(sent) == 1
 
 
-@pytest.mark.parametrize("real", [(), (1, 2)])
+@pytest.mark.parametrize("real", [(), (2,), (1, 2)])
 def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
     history, connection = History(), Connection()
     for second in range(4):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (second > 0))
-        pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
-        history.append(snapshot_of(second, (1, 2), pose, pose, command, fresh, frozenset(real)))
+        pose, twist, fresh = np.zeros((2, 3)), np.full((2, 3), 0.25), np.ones(2, dtype=bool)
+        history.append(snapshot_of(second, (1, 2), pose, twist, command, fresh, frozenset(real)))
     early, late = (Collision(time, "robot1", "robot2", 0.0, 0.0) for time in (0.5, 2.5))
-    history.collisions.extend([] if real else [early, late])
+    history.collisions.extend([] if len(real) == 2 else [early, late])
     study("paper_four", connection).files.save(history, str(tmp_path))
     ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
     run = read_run_csv(str(tmp_path / "run.csv"))
-    assert run.collisions == ([] if real else [late._replace(time=1.5)])
-    assert run.meta == dict({"warnings": []}, **({"collisions_unknown": True} if real else {}))
+    unknown = {"collisions_unknown": True} if len(real) == 2 else {}
+    assert run.collisions == ([] if unknown else [late._replace(time=1.5)])
+    assert run.meta == {"warnings": [], **unknown, **({"real": list(real)} if real else {})}
+    assert (run.twist == 0.25).all() if real else run.twist is None
 
 
 def test_a_saved_run_tells_what_its_controller_said(tmp_path):

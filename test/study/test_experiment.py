@@ -24,6 +24,7 @@ from mrs_simulator.record.recording import RunError, read_run_csv
 from mrs_simulator.study.results.report import FIGURES, begin_run, control_of, judged, read_run
 from mrs_simulator.study.run.command import main
 from mrs_simulator.study.run.experiment import Experiment, LawFailed, perform
+from mrs_simulator.verdict.requirements.results import evaluated
 from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -356,26 +357,18 @@ def test_a_mistake_in_the_claims_costs_no_run(tmp_path, capfd, law, name, said):
     assert "Traceback" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
-def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code):
-    scenario = os.path.join(ROOT, "scenarios", "paper_dynamic.yaml")
-    command = [
-        sys.executable,
-        "-m",
-        "mrs_simulator.study.run.command",
-        scenario,
-        "--out",
-        str(tmp_path),
-    ]
+def ended_by(number, scenario, out):
+    """Send the signal ``number`` to a run that records; return its exit code and what it printed."""
+    command = [sys.executable, "-m", "mrs_simulator.study.run.command", str(scenario)]
     process = subprocess.Popen(
-        command + ["--duration", "5000", "--formats", ""],
+        command + ["--out", str(out), "--duration", "5000", "--formats", ""],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         preexec_fn=heed_interrupts,
     )
     try:
         end = time.monotonic() + 60
-        table = tmp_path / "run.csv"
+        table = out / "run.csv"
         while time.monotonic() < end and not (table.exists() and table.stat().st_size > 5000):
             time.sleep(0.05)
         process.send_signal(number)
@@ -383,7 +376,28 @@ def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code
     finally:
         process.kill()
         process.wait()
-    assert process.returncode == code
+    return process.returncode, output
+
+
+def test_a_killed_run_is_known_to_be_simulated(tmp_path):
+    given, out = tmp_path / "given.yaml", tmp_path / "run"
+    asked = load_scenario(os.path.join(ROOT, "scenarios", "paper_dynamic.yaml")).changed(
+        requirements={"slow": "always(speed < 50 m/s)"}
+    )
+    given.write_text(asked.to_yaml())
+    code, _ = ended_by(signal.SIGKILL, given, out)
+    assert code == -signal.SIGKILL and not (out / "verdict.json").exists()
+    run = read_run(str(out))
+    (slow,) = evaluated(None, run)
+    assert slow["met"] and not run.are_real.any() and run.meta["collisions_unknown"]
+    assert "twist.linear.x" not in (out / "run.csv").read_text()  # bytes of the first version
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
+def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code):
+    scenario = os.path.join(ROOT, "scenarios", "paper_dynamic.yaml")
+    ended, output = ended_by(number, scenario, tmp_path)
+    assert ended == code
     assert "interrupted" in output
     verdict = json.loads((tmp_path / "verdict.json").read_text())
     assert verdict["ended"] == "interrupted" and not verdict["passed"]

@@ -17,7 +17,7 @@ from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
-from mrs_simulator.verdict.requirements.signals import VALUES, signal_of
+from mrs_simulator.verdict.requirements.signals import VALUES, Absent, signal_of
 from mrs_simulator.verdict.verdict import (
     exit_code,
     verdict_text,
@@ -79,7 +79,7 @@ def of_real_robots(**columns):
     twist = np.zeros((5, 3, 3))
     twist[:, 1] = [0.5, 0.0, 0.1]
     meta = {"collisions_unknown": True}
-    given = dict(vars(run), meta=meta, twist=twist, **columns)
+    given = dict(vars(run), meta=meta, **{"twist": twist, **columns})
     return Run(**{name: each for name, each in given.items() if each is not None})
 
 
@@ -115,6 +115,17 @@ def test_contacts_of_real_robots_are_not_known():
     )
     assert found[0]["met"] is None
     assert found[0]["note"] == "nothing reports collisions of real robots"
+
+
+def test_of_a_killed_run_it_is_known_who_was_real():
+    twist = np.full((5, 3, 3), 0.1)
+    unknown = of_real_robots(twist=None).replace(meta={"collisions_unknown": True, "real": []})
+    assert signal_of("speed", None, unknown).values[1, 1] == 0.5  # of poses
+    mixed = unknown.replace(meta={"collisions_unknown": True, "real": [3]}, twist=twist)
+    assert signal_of("speed", None, mixed).values[1, 1] == 0.5
+    assert np.allclose(signal_of("speed", None, mixed).values[2], np.hypot(0.1, 0.1))
+    with pytest.raises(Absent, match="killed: collisions are not known"):
+        signal_of("contacts", None, mixed)
 
 
 def test_what_a_run_does_not_have_leaves_a_requirement_open():

@@ -27,7 +27,7 @@ from mrs_simulator.record.run_changes import read_changes
 from mrs_simulator.scenario.incidents import DESCRIPTIONS, Incident
 from mrs_simulator.scenario.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
-from mrs_simulator.state.columns import COLUMNS, GROUPS, HAND
+from mrs_simulator.state.columns import COLUMNS, GROUPS, HAND, REAL
 from mrs_simulator.state.layout import STAMPS, basic_layout, layout_in
 from mrs_simulator.state.state_table import StateTable
 
@@ -42,6 +42,7 @@ FACTS = {  # what ``run.json`` may hold besides collisions
     "closest_approach": float,  # [m]
     "real_time_factor": float,
     "collisions_unknown": bool,
+    "real": list,  # numbers of the robots that are; absent where none is, or where it is not known
     "uncommanded": bool,
     "degraded": str,
     "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
@@ -126,6 +127,16 @@ class Run(StateTable):
         """Return the controlled points in space, (m, n, 3) [m]; on the ground without heights."""
         height = np.zeros(self.hand.shape[:2]) if self.point_z is None else self.point_z
         return np.concatenate([self.hand, height[:, :, np.newaxis]], axis=2)
+
+    @property
+    def are_real(self):
+        """Return which robots are real, (m, n) bool; all where neither that nor collisions are known."""
+        if self.has(REAL):
+            return self.real
+        found = self.meta.get("real")
+        if found is None:
+            found = self.robots if self.meta.get("collisions_unknown") else []
+        return np.broadcast_to(np.isin(self.robots, found), self.pose.shape[:2])
 
     def in_space(self, dimension):
         """Return this run with ``hand`` of ``dimension`` coordinates, 3 with heights of the points."""
@@ -476,6 +487,14 @@ def write_facts(path, collisions=(), meta=None):
     ``meta``: values by the names in ``FACTS``; a distance that is not finite is left out.
     """
     write_text(facts_path(path), facts_text(collisions, meta))
+
+
+def begin_facts(path, real=(), **known):
+    """Write to ``run.json`` what is known when a run begins, for a reader of one that is killed.
+
+    ``real``: numbers of the robots that are; ``known``: other values by the names in ``FACTS``.
+    """
+    write_facts(path, meta={"real": list(real), "collisions_unknown": True, **known})
 
 
 def facts_text(collisions=(), meta=None):

@@ -138,8 +138,8 @@ TWIST = Column(
     "twist",
     ("twist.linear.x", "twist.linear.y", "twist.angular.z"),
     "m/s, m/s, rad/s",
-    "the true velocity of the centre, in the robot's body frame",
-    "any team but one of unicycles",
+    "the true velocity of the centre, of a real robot what its driver measures, in the robot's body frame",
+    "any team but one of unicycles, and any with real robots",
     _others,
     message=("vx", "vy", "omega"),
 )

@@ -53,6 +53,12 @@ class Layout(NamedTuple):
         """Return how many numbers a row has."""
         return sum(width for _, width in self.widths)
 
+    def also(self, column):
+        """Return the layout with all numbers of a ``column``, at its place."""
+        widths = {**dict(self.widths), column.name: len(column.csv)}
+        there = [(each.name, widths[each.name]) for each in RECORDED if each.name in widths]
+        return self._replace(widths=tuple(there))
+
     def without(self, *columns):
         """Return the layout without ``columns``."""
         names = {column.name for column in columns}

@@ -36,7 +36,7 @@ from mrs_simulator.ros.node.node_parameters import SILENCE
 from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
-from mrs_simulator.state.columns import LOAD
+from mrs_simulator.state.columns import LOAD, TWIST
 from mrs_simulator.study.bad_input import refusing_bad_input
 from mrs_simulator.study.results.provenance import LOCKSTEP, ROBOTS, STAGE, write_provenance
 from mrs_simulator.study.results.report import begin_run, write_report, write_scenario
@@ -68,6 +68,7 @@ class RunRecorder:
         self.silence = read(SILENCE)
         layout = self.control.team.layout(lambda column: column.over_ros and column.given(scenario))
         self._file = begin_run(scenario, out, report=_report, layout=layout)
+        self._layout, self._real = layout, []  # numbers of the robots that are real
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:
             self.sensors.wait()  # a stage may begin as soon as its state has subscribers
@@ -201,12 +202,28 @@ class RunRecorder:
         self.source.begin()
         if self.sensors:
             self.sensors.begin(sample.time)
+        self._begin_file((np.flatnonzero(sample.real) + 1).tolist())
         begun = sample.pose[:, :2]
         if len(begun) == self.scenario.n:
             away = np.max(np.abs(begun - self.scenario.poses[:, :2]))
             if away > 0.05:
                 rospy.logwarn("record: robots began %.2f m away from the scenario's poses", away)
         rospy.loginfo("record: recording %g s to %s", self.scenario.duration, self._file.path)
+
+    def _begin_file(self, real):
+        """Begin the file anew, with velocities, if robots are ``real``; note what is known of the run."""
+        path, self._real = self._file.path, real
+        if real:
+            self._file.close()
+            own = range(1, self.scenario.n + 1), self.scenario.hand_length, _report
+            self._file = recording.Recorder(path, *own, self._layout.also(TWIST))
+        recording.begin_facts(path, real, **self._scene())
+
+    def _scene(self):
+        """Return what is known of obstacles that move, by the names in ``recording.FACTS``."""
+        if self.source.PACED:  # nothing reports what moves among real robots
+            return {}
+        return scene_facts(self.scenario.obstacles, scene_time(self._start))
 
     def finish(self):
         """Write figures and verdict of what was recorded; return the verdict, None if nothing was."""
@@ -226,9 +243,8 @@ class RunRecorder:
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings() + missing + self.source.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
-        meta.update(self.source.meta())
-        if not self.source.PACED:  # a stage's; nothing reports what moves among real robots
-            meta.update(scene_facts(self.scenario.obstacles, scene_time(self._start)))
+        meta.update(self.source.meta(), **self._scene())
+        meta.update({"real": self._real} if self._real else {})
         incidents = [i._replace(time=self._since_start(i.time)) for i in self.source.incidents]
         if incidents:
             meta["incidents"] = incidents

@@ -243,6 +243,7 @@ class RunFiles:
         controller, origin = self._connection.controller, self._origin(history)
         real = history.real.issuperset(history.numbers)
         meta = {"warnings": controller.warnings(origin + begin, origin + end)}
+        meta.update({"real": sorted(history.real)} if history.real else {})
         ended = controller.ended(origin + begin)
         meta.update({"ended": ended} if ended else {})
         # Collisions of real robots are not measured.

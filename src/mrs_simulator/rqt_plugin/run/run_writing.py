@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.record.recording import write_facts
-from mrs_simulator.state.columns import Z
+from mrs_simulator.state.columns import TWIST, Z
 from mrs_simulator.study.results.report import begin_run
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
@@ -42,6 +42,8 @@ def write_run(run, scenario, directory, meta, report):
         commands = [on_axes(each, run.axes, team.axes) for each in states.command]
         states = states.replace(axes=team.axes, command=np.array(commands))
     layout = team.layout(team.recorded(states.at(0), l).has)
+    if meta.get("real"):  # whose velocities no difference of poses tells
+        layout = layout.also(TWIST)
     with begin_run(scenario, directory, run.numbers, layout=layout) as file:
         for row in range(len(when)):
             if row % hundredth == 0:

@@ -17,7 +17,7 @@ from mrs_simulator.core.snapshots import NotCopied
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import failure
-from mrs_simulator.record.recording import InMemory, write_facts
+from mrs_simulator.record.recording import InMemory, begin_facts, write_facts
 from mrs_simulator.scenario.incidents import PUSHED, Event
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.sensors.suite import Suite
@@ -421,6 +421,7 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
         "memory": apart and apart.memory,
     }
     with begin_run(scenario, out, report=_report, **kept) as recorder:
+        begin_facts(recorder.path, lockstep=True)
         sensors = experiment.record_sensors(out, _report)
         if apart is not None:
             apart.begin(recorder)

@@ -157,8 +157,7 @@ def _saw_unknown(run):
 
     Of real robots nothing else is recorded than what they report.
     """
-    real = run.meta.get("collisions_unknown", False)
-    return _by_wheels(run) and run.estimate is None and not real
+    return _by_wheels(run) and run.estimate is None and not run.are_real.all()
 
 
 def knows_noise(run):

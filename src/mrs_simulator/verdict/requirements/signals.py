@@ -12,7 +12,7 @@ from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
 from mrs_simulator.core.temporal_logic.robustness import Signal
 from mrs_simulator.scenario.requirements import ALL_SIGNALS, CURVE, SENSOR
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
-from mrs_simulator.state.columns import OUT_OF_PLANE, REAL, TWIST
+from mrs_simulator.state.columns import OUT_OF_PLANE, TWIST
 from mrs_simulator.vehicles import Team
 from mrs_simulator.verdict.requirements.clearances import clearance, of_obstacle, of_robot
 
@@ -114,24 +114,15 @@ def _as_told(run, rates, velocities):
     A real robot's pose is the one received last, which a sample may hold for the second time, or two
     poses later than the sample before: differences of them would be none, or twice what it drives.
     """
-    if _all_real(run):
-        real = np.full(run.pose.shape[:2], True)
-    elif run.has(REAL) and run.real.any():
-        real = run.real
-    else:
+    real = run.are_real
+    if not real.any():
         return rates
     if not run.has(TWIST):
-        raise Absent("run.csv keeps no velocities of robots that may be real: report on their bag")
+        raise Absent("run.csv has no velocities of robots that may be real: report on their bag")
     silent = real.any(axis=0) & ~run.twist.any(axis=(0, 2)) & rates.any(axis=1)
     if silent.any():
         raise Absent("robot{}: its odometry tells no velocity".format(run.robots[silent.argmax()]))
     return np.where(real, velocities(), rates.T).T
-
-
-def _all_real(run):
-    """Return whether all robots of ``run`` are real, of which nothing counts collisions."""
-    of_them = run.has(REAL) and run.real.size and run.real.all()
-    return bool(of_them or run.meta.get("collisions_unknown"))
 
 
 def _rates(values, time, difference):
@@ -185,8 +176,10 @@ def _lambda_2(control, run):
 
 
 def _contacts(control, run):
-    if _all_real(run):
+    if run.are_real.all():
         raise Absent("nothing reports collisions of real robots")
+    if run.meta.get("collisions_unknown"):
+        raise Absent("the program that recorded was killed: collisions are not known")
     times = np.sort([each.time for each in run.collisions])
     return np.searchsorted(times, run.time, side="right")
 

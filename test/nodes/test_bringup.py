@@ -6,6 +6,7 @@ import json
 import os
 import random
 import re
+import shlex
 import signal
 import subprocess
 import threading
@@ -414,3 +415,19 @@ def test_a_run_in_lockstep_has_the_bytes_of_one_without_ros(ros, tmp_path):
     over, alone = (text_of(tmp_path / name / "run.csv") for name in ("over", "alone"))
     assert over == alone and over.count("\n") == 1 + 3 * 31
     assert reproduce(str(tmp_path / "over")) == 0
+
+
+def test_a_run_behind_a_preset_is_made_again_by_the_launch_that_reproduce_prints(
+    ros, tmp_path, capsys
+):
+    asked = "duration:=2", "lockstep:=true", "speed:=0", "preset:=rosaria"
+    launch(ros, tmp_path / "first", scenario("paper_four"), *asked)
+    assert reproduce(str(tmp_path / "first" / "run.csv")) == 1
+    said = capsys.readouterr().out
+    assert "made with the preset rosaria, which a run without ROS does not have" in said
+    again = shlex.split(said.partition("made again by: ")[2])
+    assert again[:3] == ["roslaunch", "mrs_simulator", "simulation.launch"]
+    assert again[-1] == "out:=ANOTHER_DIR"
+    launch(ros, tmp_path / "again", *again[3:-1])
+    first, second = (text_of(tmp_path / name / "run.csv") for name in ("first", "again"))
+    assert first == second and first.count("\n") == 1 + 4 * 21

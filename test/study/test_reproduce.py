@@ -248,6 +248,22 @@ def test_what_acts_over_ros_alone_is_named_where_bytes_differ(run, capsys):
     assert "over ROS alone: a driver's preset" in said and "nothing" not in said
 
 
+@pytest.mark.parametrize("preset", ["rosaria", "none"])
+def test_the_preset_of_a_stage_is_named_with_the_launch_that_makes_its_run_again(
+    preset, run, capsys
+):
+    (run / "run.csv").write_text("otherwise")
+    told = look("column"), LOCKSTEP
+    write_provenance(load_scenario(run / "scenario.yaml"), str(run), *told, preset=preset)
+    code, said = reproduced(run / "run.csv", capsys)
+    assert code == 1 and "nothing" not in said and "a driver's preset" not in said
+    assert ("with the preset rosaria: run again without ROS" in said) == (preset == "rosaria")
+    assert ("made with the preset rosaria, which" in said) == (preset == "rosaria")
+    given = "scenario:={} {}lockstep:=true speed:=0"
+    own = "preset:=rosaria " if preset == "rosaria" else ""
+    assert given.format(run / "scenario.yaml", own) in said
+
+
 def test_all_runs_of_a_study_are_run_again(run, capsys):
     study = run.parent
     shutil.copytree(str(run), str(study / "gains" / "other"))

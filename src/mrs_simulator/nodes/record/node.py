@@ -86,6 +86,8 @@ class RunRecorder:
         self._obeyed = ControllerRecord()
         self._staged = None  # the scenario, as YAML, of the stage in which the run began
         self._stage_scenario = rospy.Subscriber("stage/scenario", String, self._on_staged)
+        self._preset = ""  # the stage's, "" where it is not known
+        self._stage_preset = rospy.Subscriber("stage/preset", String, self._on_preset)
         self._status, self._controller_scenario = (
             rospy.Subscriber(name, kind, handler, tcp_nodelay=True)
             for name, kind, handler in (
@@ -103,6 +105,9 @@ class RunRecorder:
     def _on_staged(self, message):
         if self._start is None or self._staged is None:
             self._staged = message.data
+
+    def _on_preset(self, message):
+        self._preset = message.data
 
     def _on_status(self, message):
         try:
@@ -258,7 +263,8 @@ class RunRecorder:
         verdict = write_report(run, self.out, control=self.control)
         recorded_of = LOCKSTEP if meta.get("lockstep") else STAGE
         recorded_of = ROBOTS if self.source.PACED else recorded_of
-        write_provenance(self.scenario, self.out, recorded_of=recorded_of)
+        told = {"preset": self._preset} if self._preset and not self.source.PACED else {}
+        write_provenance(self.scenario, self.out, recorded_of=recorded_of, **told)
         return verdict
 
     def _take_what_ran(self, meta):

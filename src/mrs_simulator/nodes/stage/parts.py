@@ -35,7 +35,7 @@ def make_parts(stage, preset, real):
         ArmTopics(world, inbox),
         LoadTopics(world, frames.world),
         FlightServices(world, stage.requests, absent=real),
-        ScenarioTopic(stage.stands_for),
+        ScenarioTopic(stage.stands_for, stage.preset),
         MapTopics(stage.scenario, frames.world, topics.stamp()),
         stage.length,
         StatusTopic(stage, mirror, sensors, ignored),

@@ -1,4 +1,4 @@
-"""The topic ``~scenario`` of a stage."""
+"""The topics ``~scenario`` and ``~preset`` of a stage."""
 
 import rospy
 from std_msgs.msg import String
@@ -11,10 +11,15 @@ from mrs_simulator.vehicles.portable import portable
 class ScenarioTopic(StagePart):
     """Publishes the scenario without the names of files: displays draw what they receive."""
 
-    def __init__(self, stands_for):
-        """``stands_for`` takes in kinds as they are published -> as the scenario has them."""
+    def __init__(self, stands_for, preset):
+        """``stands_for`` takes in kinds as they are published -> as the scenario has them.
+
+        ``preset``: its name, which no scenario has.
+        """
         self._stands_for = stands_for
         self._publisher = publisher("~scenario", String, queue_size=1, latch=True)
+        self._preset = publisher("~preset", String, queue_size=1, latch=True)
+        self._preset.publish(String(data=preset))
 
     def follow_team(self, scenario):
         """Publish ``scenario``, and log what others cannot know of it."""

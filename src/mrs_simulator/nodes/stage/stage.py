@@ -39,7 +39,7 @@ class Stage:
 
         ``preset``: one of ``PRESETS``, or "none"; ``real``: rows of the robots that are real.
         """
-        preset = PRESETS.get(preset)
+        self.preset, preset = preset, PRESETS.get(preset)
         self.scenario = scenario = preset.behind(scenario) if preset else scenario
         timeout = scenario.cmd_vel_timeout
         if is_given(declared.CMD_VEL_TIMEOUT):

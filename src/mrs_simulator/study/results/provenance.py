@@ -19,13 +19,14 @@ LOCKSTEP, STAGE, ROBOTS = "a stage in lockstep", "a stage", "robots"  # of which
 KEYS = ("command", "versions", "commit", "processor", "seed", "look", "inputs", "outputs")
 
 
-def provenance(scenario, out, look, recorded_of=""):
+def provenance(scenario, out, look, recorded_of="", **told):
     """Return how the run of ``scenario`` in the directory ``out`` was made, a plain mapping.
 
     ``command``: the command line; ``versions`` of what computed, ``commit`` of the product, "" outside
     of a clone; ``processor``; ``compiled``: ``MRS_SIMULATOR_COMPILED``, None where it was unset, or
     "many" in a sweep that was compiled; ``seed``; ``look``: width [in] and style of the figures;
-    ``recorded_of``: over ROS ``LOCKSTEP``, ``STAGE`` or ``ROBOTS``;
+    ``recorded_of``: over ROS ``LOCKSTEP``, ``STAGE`` or ``ROBOTS``; ``told``: what else is known of it,
+    of a stage the name of its ``preset``, or "none";
     ``stamp``: what figures carry, one hash of all inputs; ``inputs`` and ``outputs``: SHA-256 by file, the
     outputs without those that hold wall times
     (``run.json``, ``verdict.json``).
@@ -41,6 +42,7 @@ def provenance(scenario, out, look, recorded_of=""):
         "compiled": compiling.mode(),
         "seed": scenario.seed,
         "recorded_of": recorded_of,
+        **told,
         "look": {"width": look.width, "style": {k: str(v) for k, v in look.style.items()}},
         "stamp": stamp_of(scenario),
         "inputs": inputs,
@@ -48,9 +50,9 @@ def provenance(scenario, out, look, recorded_of=""):
     }
 
 
-def write_provenance(scenario, out, look=None, recorded_of=""):
+def write_provenance(scenario, out, look=None, recorded_of="", **told):
     """Write ``provenance.json`` to the directory ``out``, whose other files are complete, and its crate."""
-    made = provenance(scenario, out, look or Look(), recorded_of)
+    made = provenance(scenario, out, look or Look(), recorded_of, **told)
     write_text(os.path.join(out, PROVENANCE_FILE), json.dumps(made, indent=2) + "\n")
     names = sorted({*MEANINGS, *made["outputs"]} & set(os.listdir(out)))
     write_crate(scenario.title, names, out)

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import shlex
 import shutil
 import sys
 import tempfile
@@ -34,8 +35,15 @@ from mrs_simulator.verdict.verdict import versions
 
 SAME, OTHER = 0, 1  # exit codes
 UNCHANGED = "  nothing that is known has changed"
-OVER_ROS = (
-    "  over ROS alone: a driver's preset, what wheel odometry rounds, the last digits of tilt"
+NONE = "none"  # the preset of a stage without one
+OVER_ROS = "  over ROS alone: {}what wheel odometry rounds, the last digits of tilt"
+UNTOLD = "a driver's preset, "
+EXPECTED = (
+    "  made with the preset {}, which a run without ROS does not have: another run.csv is expected"
+)
+AGAIN = (
+    "  over ROS its run.csv is made again by: roslaunch mrs_simulator simulation.launch "
+    "scenario:={} {}lockstep:=true speed:=0 out:=ANOTHER_DIR"
 )
 RECORDED = {  # whether its run.csv is kept
     False: "recorded of {}: run again without ROS",
@@ -95,7 +103,8 @@ def reproduce(path, style=""):
     formats = sorted({each.rpartition(".")[2] for each in outputs} & set(FORMATS))
     own_look = look(made["look"].get("width", ""), style)
     if made.get("recorded_of"):
-        print(RECORDED[_is_kept(made)].format(made["recorded_of"]))
+        with_preset = " with the preset {}".format(made["preset"]) if _preset(made) else ""
+        print(RECORDED[_is_kept(made)].format(made["recorded_of"] + with_preset))
     with tempfile.TemporaryDirectory(prefix="mrs_simulator") as directory:
         with compiling.as_made(_compiled(made)):  # which decides on last bits
             _make_again(made, out, directory, formats, own_look)
@@ -105,10 +114,29 @@ def reproduce(path, style=""):
         print("{}: {}".format(each, _said(again[each], outputs[each], now[each])))
     if again == outputs:
         return SAME if now == outputs else OTHER
-    over_ros = made.get("recorded_of") == LOCKSTEP
     changed = ["  changed: " + each for each in changes(made, out)]
-    print("\n".join(changed) or (OVER_ROS if over_ros else UNCHANGED))
+    if made.get("recorded_of") == LOCKSTEP:
+        changed += _over_ros(made, out)
+    print("\n".join(changed or [UNCHANGED]))
     return OTHER
+
+
+def _over_ros(made, out):
+    """Return in lines what a run without ROS lacks of that in ``out``, and how it is made over ROS."""
+    if "preset" not in made:  # by an earlier version
+        return [OVER_ROS.format(UNTOLD)]
+    preset, scenario = _preset(made), os.path.join(os.path.abspath(out), SCENARIO_FILE)
+    why = EXPECTED.format(preset) if preset else OVER_ROS.format("")
+    given = "preset:={} ".format(shlex.quote(preset)) if preset else ""
+    return [why, AGAIN.format(shlex.quote(scenario), given)]
+
+
+def _preset(made):
+    """Return the name of the preset of the stage that was recorded, "" where it had none."""
+    preset = made.get("preset", NONE)
+    if not isinstance(preset, str):
+        raise ValueError("{}: preset: {!r}, wanted a text".format(PROVENANCE_FILE, preset))
+    return "" if preset == NONE else preset
 
 
 def _is_kept(made):

@@ -83,10 +83,10 @@ def test_requirements_are_rows_behind_the_checks(verdict):
     kept.update(predicate="distance > 1 m", formula="always distance > 1 m")
     broken = {**kept, "name": "slow", "met": False, "low": -0.2, "high": -0.2, "margin": -0.2}
     verdict.set_verdict({**VERDICT, "requirements": [kept, broken]})
-    row = judged_row(verdict, "apart")
-    assert (row["about"], row["result"], row["measured"]) == ("requirement", "passed", "0.5")
+    row = judged_row(verdict, "apart [m]")
+    assert (row["about"], row["result"], row["margin"]) == ("requirement", "passed", "0.5")
     assert "by robot1 and robot2 at 1.00 s" in row["remark"]
-    assert judged_row(verdict, "slow")["result"] == "FAILED"
+    assert judged_row(verdict, "slow [m]")["result"] == "FAILED"
     assert "4 passed" not in verdict.title.message and "3 passed, 2 failed" in verdict.title.message
 
 
@@ -163,7 +163,7 @@ def test_results_are_tinted_as_the_theme_allows(verdict):
 def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
     QTest.mouseClick(verdict.copy, Qt.LeftButton)
     lines = QApplication.clipboard().text().split("\n")
-    assert lines[0].split("\t")[:4] == ["about", "claim", "result", "predicted"]
+    assert lines[0].split("\t")[:4] == ["about", "claim", "result", "margin"]
     assert len(lines) == 5 and lines[1].split("\t")[2] == "FAILED"
     where = verdict.table.visualItemRect(
         verdict.table.findItems("gap [m]", Qt.MatchExactly)[0]
@@ -171,7 +171,7 @@ def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
     QTest.mouseClick(verdict.table.viewport(), Qt.LeftButton, pos=where)
     QTest.keyClick(verdict.table, Qt.Key_C, Qt.ControlModifier)
     copied = QApplication.clipboard().text().split("\n")
-    assert len(copied) == 2 and copied[1].startswith("theorem\tgap [m]\tpassed\t2\t2.05\t")
+    assert len(copied) == 2 and copied[1].startswith("theorem\tgap [m]\tpassed\t0.05\t2\t2.05\t")
 
 
 def test_the_table_uses_the_width_that_there_is(verdict):

@@ -447,7 +447,7 @@ def test_a_line_of_the_verdict_leads_to_its_moment_and_robot(at_window, tmp_path
     study = person.study
     person.tab("Verdict")
     table = study.verdict.findChild(QTableWidget)
-    row = next(r for r in range(table.rowCount()) if table.text(r, 1) == "slow")
+    row = next(r for r in range(table.rowCount()) if table.text(r, 1) == "slow [m/s]")
     table.scrollToItem(table.item(row, 0))
     person.click(table.viewport(), table.visualItemRect(table.item(row, 1)).center())
     begin = study.replay.cursor.span[0]

@@ -215,7 +215,7 @@ def test_a_line_of_the_verdict_leads_to_the_moment_and_robot_that_decided_it(stu
         rows = (row for row in range(table.rowCount()) if table.text(row, CLAIM) == symbolic(claim))
         table.cellClicked.emit(next(rows), CLAIM)
 
-    for name in ("collisions", "settling time [s]", "apart"):
+    for name in ("collisions", "settling time [s]", "apart [m]"):
         click(name)
         found.append((study.replay.cursor.time, study.map.selected))
     # The run begins with its first command, at 0.1 s.

@@ -6,7 +6,7 @@ from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import ROBOTS, THEOREM, Condition
 from mrs_simulator.record.recording import part_of
 from mrs_simulator.verdict.judging import checked_claims, since_changes
-from mrs_simulator.verdict.requirements.results import bound_of, evaluated, known_bound, line_of
+from mrs_simulator.verdict.requirements.results import bound_of, evaluated, line_of
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, robots_run
 from mrs_simulator.verdict.theory.meetings import meetings
@@ -54,7 +54,7 @@ class Course:
         """Return how each claim stands in ``run`` so far, a list of mappings with the keys of a check and:
 
         ``standing``: one of ``STANDS``; ``margin``: what the claim has to spare in its unit, less than 0
-        where it is missed, of a requirement its robustness; None where that is not known.
+        where it is missed, of a requirement its robustness in its ``unit``; None where that is not known.
         """
         conditions = [each for each in self._claims if isinstance(each, Condition)]
         broken = [each.name for each in conditions if each.rules_out and not each.holds]
@@ -220,11 +220,11 @@ def _named(collision):
 
 def _requirement(result):
     """Return the row of a requirement's ``result``: met and broken ones are decided."""
-    row = dict.fromkeys(("predicted", "difference", "tolerance"))
-    bound, left, note = known_bound(result), bound_of(result), line_of(result)
+    row = dict.fromkeys(("predicted", "measured", "difference", "tolerance"))
+    note = line_of(result)
     if result["met"] is None:
         note = result["note"] or "undecided by now: " + result["formula"]
     row.update(name=result["name"], question="requirement", passed=result["met"])
-    row.update(measured=bound, margin=left, note=note)
+    row.update(margin=bound_of(result), unit=result["unit"], note=note)
     row.update(time=result["time"], member=result["member"])
     return {**row, "standing": {True: ON_COURSE, False: FAILING, None: OPEN}[result["met"]]}

@@ -10,6 +10,7 @@ from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QStyledItemDelegate,
     QStyleOptionViewItem,
 )
+from mrs_simulator.rqt_plugin.shelf.entry import BAG
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import tint
 from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, SELF_CONSISTENT
@@ -130,6 +131,10 @@ class RunRow(QStyledItemDelegate):
     def _paint_texts(self, painter, first, entry, difference, colour, chosen):
         """Paint name and verdict in the line ``first``, and the others below."""
         word, kind = WORDS[entry.outcome]
+        if entry.path.endswith(
+            BAG
+        ):  # its verdict, made when it is opened, is in no file of its own
+            word = "bag"
         if entry.sweep is not None:
             word = "{} of {} passed".format(entry.sweep.passed, entry.sweep.runs)
         palette, font = self.parent().palette(), QFont(self.parent().font())

@@ -24,11 +24,11 @@ HEADERS = (
     ("about", "Theorem, law, robots: which question the row answers; or a requirement"),
     ("claim", "A claim of the protocol's theory, or a check of every run"),
     ("result", "Whether prediction and measurement agree"),
+    ("margin", "What is to spare, of a requirement its robustness; less than 0 where it is missed"),
     ("predicted", "The value that theory gives"),
-    ("measured", "The value in this run; of a requirement its robustness"),
+    ("measured", "The value in this run"),
     ("difference", "Measured minus predicted"),
     ("tolerance", "The largest difference that passes"),
-    ("margin", "What the claim has to spare, in its unit; less than 0 where it is missed"),
     ("remark", "How they are compared, or why the claim does not apply"),
 )
 CLAIM, RESULT = 1, 2  # columns
@@ -153,15 +153,14 @@ class VerdictPanel(QWidget):
 
 
 def _as_check(result):
-    """Return what became of a requirement as a check is stated, its robustness as the measured value.
+    """Return what became of a requirement as a check is stated, its robustness as the margin, with a unit.
 
     ``time`` [s] of the run, and ``member``, say when and by whom it was decided.
     """
-    numbers = dict.fromkeys(("predicted", "difference", "tolerance"))
-    robustness = known_bound(result)
+    numbers = dict.fromkeys(("predicted", "measured", "difference", "tolerance"))
     check = {"question": REQUIREMENT, "name": result["name"], "passed": result["met"], **numbers}
-    check.update(time=result.get("time"), member=result.get("member"))
-    return {**check, "measured": robustness, "note": line_of(result)}
+    check.update(time=result.get("time"), member=result.get("member"), unit=result.get("unit"))
+    return {**check, "margin": known_bound(result), "note": line_of(result)}
 
 
 def _place(check):
@@ -177,8 +176,9 @@ def _kept(check):
 def _cells(check, word):
     numbers = [shown(check[key]) for key in ("predicted", "measured", "difference", "tolerance")]
     margin = shown(check["margin"] if "margin" in check else margin_of(check))
-    name = symbolic(check["name"])
-    return [check["question"], name, word, *numbers, margin, symbolic(check["note"])]
+    name = "{} [{}]" if check.get("unit") else "{}"  # names of claims have theirs in them
+    name = symbolic(name.format(check["name"], check.get("unit")))
+    return [check["question"], name, word, margin, *numbers, symbolic(check["note"])]
 
 
 def _tip(check):

@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from mrs_simulator.core.doc_links import named
+from mrs_simulator.core.doc_links import named, page_of, words
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.study.run.experiment import Experiment, LawFailed, played
@@ -71,7 +71,7 @@ def try_variation(content, path, variation, until=None, within=False):
             changed["duration"] = until
         return _trial(scenario_of_file(changed, path, "{} varied".format(path)), within)
     except (ScenarioError, ValueError, OSError) as error:
-        return Trial(math.inf, error=named(error))
+        return Trial(math.inf, error=words(error) if page_of(error) else named(error))
 
 
 def _trial(scenario, within):

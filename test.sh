@@ -29,7 +29,7 @@ check "ruff format" ruff format --no-cache --check .
 # The checkout may have any name; demo.sh and test.sh belong to it, not to an installed package.
 check "catkin_lint" catkin_lint --quiet --strict -W2 --ignore package_path_name \
   --ignore uninstalled_script .
-# Ten seconds, in which workers collect the tests.
+# Ten seconds, in which the tests are collected.
 vermin -p=1 --no-parse-comments --no-tips --violations -t=3.8- src test benchmarks examples setup.py \
   >build/vermin.log 2>&1 &
 vermin=$!
@@ -37,8 +37,10 @@ python_38() {
   wait "$vermin" || { cat build/vermin.log && return 1; }
 }
 private_ros
-# Tests with processes wait half of their time: twice as many workers as cores keep the cores busy.
-check "tests" python3 -m pytest -n "$((2 * $(nproc)))" --dist worksteal "$@"
+# Where all is new, once: else each worker compiles all tests, and what they import, at the same time.
+python3 -m pytest --collect-only -qq "$@" >build/collected.log 2>&1
+# Tests with processes wait two thirds of their time: three workers a core keep the cores busy.
+check "tests" python3 -m pytest -n "$((3 * $(nproc)))" --dist worksteal "$@"
 check "Python 3.8" python_38
 
 [ ${#failed[@]} = 0 ] && echo "all passed" && exit 0

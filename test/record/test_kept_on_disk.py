@@ -86,14 +86,9 @@ def test_processes_apart_do_not_draw_it(small, tmp_path):
 
 def resident(directory):
     """Return how much of maps of files in ``directory`` is resident [bytes]."""
-    total, within = 0, False
     with open("/proc/self/smaps") as file:
-        for line in file:
-            if re.match("[0-9a-f]+-[0-9a-f]+ ", line):
-                within = str(directory) in line
-            elif within and line.startswith("Rss:"):
-                total += 1024 * int(line.split()[1])
-    return total
+        _, *maps = file.read().split(str(directory))
+    return sum(1024 * int(re.search(r"^Rss: *(\d+)", text, re.MULTILINE).group(1)) for text in maps)
 
 
 LONG, FEW = 20000, 4  # samples and robots
@@ -113,7 +108,7 @@ LOOKS = {
 @pytest.mark.parametrize("name", LOOKS)
 def test_looks_at_a_long_run_leave_little_of_it_in_memory(tmp_path, monkeypatch, name):
     monkeypatch.setattr(recording, "MOST_KEPT", 1000)
-    monkeypatch.setattr(sample_blocks, "MOST_SEEN", LONG // 10)
+    monkeypatch.setattr(sample_blocks, "MOST_SEEN", LONG // 2)
     monkeypatch.setattr(sample_blocks, "AT_ONCE", LONG // 100)
     monkeypatch.setattr(neighbours, "AT_ONCE", LONG // 100)
     monkeypatch.setattr(equations, "SMALL_TEAM", 0)

@@ -107,6 +107,9 @@ def test_it_says_when_where_and_by_what_it_was_decided():
     kept = found("eventually always[0, 0](x > 3.5)")
     assert kept.holds and kept.decided_at == 4.0
     assert found("always x > -3").decided_at == 5.0  # to the end of the run
+    near = found("always not each pair(distance >= 0.6 m)")
+    assert near.holds is False and near.margin == near.high < 0.0
+    assert near.predicate == "not (distance >= 0.6 m)"
 
 
 def test_a_window_past_the_end_leaves_it_open():
@@ -208,7 +211,7 @@ def test_random_formulas_agree_with_the_definition():
         signals = {name: Signal(each) for name, each in values.items()}
         result = evaluate(formula, "", np.arange(20.0), signals)
         assert result.low == result.high == pytest.approx(wanted, abs=1e-12)
-        assert abs(result.margin) == pytest.approx(abs(wanted), abs=1e-12)
+        assert result.margin == pytest.approx(wanted, abs=1e-12)
         known = int(result.decided_at) + 1  # whatever comes later, the truth stays
         later = {
             k: np.concatenate([v[:known], 3.0 * random.normal(size=20 - known)])

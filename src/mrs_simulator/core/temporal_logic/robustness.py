@@ -74,9 +74,10 @@ class Decided(NamedTuple):
 
     It is in the unit of the formula's signals; those of formulas over several units are numbers, each
     comparison's margin divided by its constant.  ``predicate``: the text of the comparison that decides,
-    ``margin`` [``unit``] what it has to spare at ``time`` [s], ``member`` whose it is, such as "robot3", or
-    "".  ``decided_at`` [s]: from when on the truth is certain.  While it is open, and of a formula about
-    each of none, these are None.  ``grade`` [``unit``]: the mean of the smallest margins, one sample in
+    or of its negation where the formula wants that, ``margin`` [``unit``] what this has to spare at
+    ``time`` [s], ``member`` whose it is, such as "robot3", or "".  ``decided_at`` [s]: from when on the
+    truth is certain.  While it is open, and of a formula about each of none, these are None.
+    ``grade`` [``unit``]: the mean of the smallest margins, one sample in
     ``GRADED``, of that comparison and member, which still falls where the least of all does not;
     ``scale``: its constant, by which formulas may be compared with each other.
     """
@@ -113,10 +114,13 @@ def evaluate(formula, text, time, signals):
     found = Decided(low, high)
     if found.holds is None or math.isinf(low if found.holds else high):  # of no member at all
         return found
-    predicate, row, member = bound.reason(formula, 0, "low" if found.holds else "high")
+    side = "low" if found.holds else "high"
+    predicate, row, member, own_side = bound.reason(formula, 0, side)
     margins, label = bound.margins(predicate, member)
+    negated = own_side != side
+    margins = -margins if negated else margins
     return found._replace(
-        predicate=predicate.text,
+        predicate="not ({})".format(predicate.text) if negated else predicate.text,
         margin=float(margins[row]),
         unit=units[predicate],
         time=float(bound.time[row]),
@@ -327,12 +331,13 @@ class _Evaluation:
     # What decides it ----------------------------------------------------------------------------
 
     def reason(self, formula, row, side):
-        """Return the predicate, sample and member of its domain on which the ``side`` of the bounds hangs.
+        """Return the predicate, sample and member of its domain on which the ``side`` of the bounds hangs,
+        and the side of the predicate's own: the other one where the formula wants its negation.
 
         ``side``: "low" or "high".
         """
         if isinstance(formula, Predicate):
-            return self._worst_member(formula, row)
+            return (*self._worst_member(formula, row), side)
         if isinstance(formula, Not):
             return self.reason(formula.operand, row, "high" if side == "low" else "low")
         if isinstance(formula, (And, Or)):

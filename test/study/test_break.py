@@ -382,6 +382,8 @@ def test_one_edit_that_breaks_is_found_and_shrunk_to(path, tmp_path, vary, found
         ({"seed": [0.5, 3]}, "wanted two whole numbers"),
         ({"robots": [2, 5]}, "wanted poses beside it"),
         ({"topology": {"choices": ["path"]}}, "a list of at least two values"),
+        ({"topology.edges": {"cut": 2}}, "{'cut': 2}, wanted \\[from, to\\] or"),
+        ({"posse": {"within": [-3, -3, 3, 3]}}, "search: unknown 'posse'; did you mean 'poses'"),
         ({"poses": {"within": [0, 0, 1, 1], "aprt": 2}}, "did you mean 'apart'"),
         ([1], "wanted a mapping of ranges by key"),
     ],

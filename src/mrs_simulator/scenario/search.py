@@ -12,11 +12,12 @@
       pushes: {most: 1, within: 0.5, until: 10}         # by up to 0.5 m along x and y, in the first 10 s
 """
 
+import difflib
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.fields import NUMBER, NUMBERS, POSITIVE, REQUIRED, Field
+from mrs_simulator.core.fields import NUMBER, NUMBERS, POSITIVE, REQUIRED, Field, unknown_name
 from mrs_simulator.scenario.incidents import FARTHEST_PUSH
 from mrs_simulator.scenario.reading import (
     ScenarioError,
@@ -150,6 +151,8 @@ class Search(NamedTuple):
 
 
 NO_SEARCH = Search()
+RANGE = "[from, to] or {choices: [...]}"
+OWN = POSES, EDGES, DEAD, PUSHES  # what varies otherwise than as a range of a scenario's key
 
 
 @explained_by("docs/search.md")
@@ -167,7 +170,7 @@ def search_from(given, where):
     ranges = [
         _range(key, value, "{}.{}".format(where, key))
         for key, value in given.items()
-        if key not in (POSES, EDGES, DEAD, PUSHES)
+        if key not in OWN
     ]
     edges = _within(section, EDGES, EdgeRange, EDGE_RANGE)
     if edges is not None and not any(edges):
@@ -195,13 +198,17 @@ def _range(key, given, where):
         raise unwanted(where, key, "the path of a key")
     if isinstance(given, dict):
         section = Section(given, where)
+        if not section.has("choices"):
+            if difflib.get_close_matches(key, OWN):
+                raise ScenarioError(unknown_name(where.rpartition(".")[0], key, OWN))
+            raise unwanted(where, given, RANGE)
         choices = section.take("choices")
         if not isinstance(choices, list) or len(choices) < 2:
             raise unwanted(section.at("choices"), choices, "a list of at least two values")
         section.done()
         return Range(key, choices=tuple(choices))
     if not isinstance(given, list) or len(given) != 2:
-        raise unwanted(where, given, "[from, to] or {choices: [...]}")
+        raise unwanted(where, given, RANGE)
     low, high = (number(each, where) for each in given)
     whole = key in (ROBOTS, SEED) or key.endswith(".seed")
     if not low < high or (whole and (low != round(low) or high != round(high) or low < 0)):

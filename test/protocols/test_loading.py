@@ -4,7 +4,8 @@ import sys
 
 import pytest
 
-from mrs_simulator.protocols.loading import ProtocolError, load_protocol
+from mrs_simulator.protocols.loading import ProtocolError, choose_protocol, load_protocol
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 LAW = (
     "from mrs_simulator import PioneerControl\nfrom parts import gain\nimport own_helper\n\n\n"
@@ -40,6 +41,25 @@ def test_helpers_of_equal_names_are_each_law_s_own(tmp_path):
 def test_helpers_are_read_again(tmp_path):
     assert load_protocol(write(tmp_path, 1)).K == (1, 10)
     assert load_protocol(write(tmp_path, 3333)).K == (3333, 33330)
+
+
+def test_parameters_are_those_of_a_law_that_is_named_by_its_file_alone(tmp_path):
+    text = "from mrs_simulator import Parameter, PioneerControl\n\n\n"
+    text += "class Own(PioneerControl):\n    PARAMETERS = (Parameter('gain', 1.0),)\n"
+    (tmp_path / "own.py").write_text(text)
+    for name in ("own.py", "own.py:Own"):
+        control = {"protocol": name, "parameters": {"gain": 24.0}}
+        scenario = scenario_from_dict({"poses": [[0, 0, 0]], "control": control})
+        given, law = choose_protocol(scenario._replace(path=str(tmp_path / "a.yaml")))
+        again, same = choose_protocol(given, law)
+        assert same is law and again.control == given.control
+        assert again.control.parameters["gain"] == 24.0
+
+    class Other(law):
+        """Of another name, and file."""
+
+    other = choose_protocol(given, Other)[0].control
+    assert "gain" not in other.parameters and other.protocol.endswith("test_loading.py:Other")
 
 
 def test_a_law_finds_no_helpers_of_another_directory(tmp_path):

@@ -114,11 +114,21 @@ def choose_protocol(scenario, protocol=None):
     if not isinstance(protocol, type) or not issubclass(protocol, PioneerControl):
         text = "protocol {}: wanted a subclass of PioneerControl, or the name of one"
         raise ProtocolError(text.format(getattr(protocol, "__name__", type(protocol).__name__)))
-    named = scenario.control.protocol
-    same = named in HOMES and protocol is shipped(named)
-    if not same and named.rpartition(":")[2] != protocol.__name__:
+    if not _is_named(protocol, scenario.control.protocol):
         scenario = scenario.with_protocol(_name_of(protocol))
     return _with_hand_length(scenario, protocol), protocol
+
+
+def _is_named(protocol, name):
+    """Return whether the class ``protocol`` is the one that ``name`` names, wherever its file lies."""
+    if name in HOMES:
+        return protocol is shipped(name)
+    if name.rpartition(":")[2] == protocol.__name__:
+        return True
+    own, _, _ = _name_of(protocol).rpartition(":")
+    return os.path.basename(name) == os.path.basename(
+        own
+    )  # a file's only one has no name of its own
 
 
 def _with_hand_length(scenario, protocol):

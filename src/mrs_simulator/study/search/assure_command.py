@@ -46,7 +46,6 @@ def _share(text):
 def assure(arguments):
     """Draw and judge; write what was found and print it; return the exit code."""
     search = opened(arguments)
-    os.makedirs(arguments.out, exist_ok=True)
     share, confidence = arguments.at_least, arguments.confidence
     search.nominal()
     anytime = arguments.runs is not None

@@ -20,6 +20,7 @@ from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.default_space import default_search
+from mrs_simulator.study.search.kept_runs import KeptRuns, search_of
 from mrs_simulator.study.search.space import Space, check_keys, least_values, varied_scenario
 from mrs_simulator.verdict.requirements.results import line_of
 
@@ -75,7 +76,7 @@ def add_search(parser):
 
 
 def opened(arguments, default=None):
-    """Return the ``Search`` that the ``arguments`` of :func:`add_search` ask for.
+    """Return the ``Search`` that the ``arguments`` of :func:`add_search` ask for; its directory is made.
 
     ``default(scenario)``: what varies where neither these nor the scenario say it.
     """
@@ -90,8 +91,9 @@ def opened(arguments, default=None):
     found = search_from(varied, path + ": search")
     check_keys(least_values(found), content, path, "search")
     space = Space(found, scenario.n, scenario.topology)
+    known = search_of(content, path, found, seed=arguments.seed, within=unsaid)
     options = arguments.jobs, arguments.scheduler, tell, unsaid
-    return Search(content, path, space, *options)
+    return Search(content, path, space, *options, KeptRuns(arguments.out, known, tell))
 
 
 def _varied(text):
@@ -114,15 +116,15 @@ def optimiser_of(wanted):
 
 def break_scenario(arguments):
     """Search and write what was found; return the exit code."""
-    search, (look, formats) = opened(arguments, default_search), look_of(arguments)
-    optimiser = optimiser_of(arguments.optimiser)
-    os.makedirs(arguments.out, exist_ok=True)
+    (look, formats), optimiser = look_of(arguments), optimiser_of(arguments.optimiser)
+    search = opened(arguments, default_search)
     search.nominal()
     what = "requirement" if search.content.get("requirements") else "claim"
     try:
         found = search.find(arguments.runs, arguments.seed, optimiser)
     except KeyboardInterrupt:
-        tell("interrupted: none of {} runs broke a {}".format(search.runs, what))
+        text = "interrupted: none of {} runs broke a {}; the same command goes on"
+        tell(text.format(search.runs, what))
         raise
     searched = search.runs
     report = {

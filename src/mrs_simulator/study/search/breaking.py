@@ -40,13 +40,24 @@ class Found(NamedTuple):
 class Search:
     """Runs of one scenario's content, counted."""
 
-    def __init__(self, content, path, space, jobs=None, scheduler="", report=None, within=False):
+    def __init__(
+        self,
+        content,
+        path,
+        space,
+        jobs=None,
+        scheduler="",
+        report=None,
+        within=False,
+        kept=None,
+    ):
         """``report(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps.
 
-        ``within``: outside of a theorem's hypotheses nothing counts as broken.
+        ``within``: outside of a theorem's hypotheses nothing counts as broken; ``kept``: the ``KeptRuns``
+        of an earlier search of the same, which are not run again, and of this one.
         """
         self.content, self.path, self.space, self._within = content, path, space, within
-        self._scheduler = scheduler
+        self._scheduler, self._kept = scheduler, kept
         self._report = report or (lambda text: None)
         self.runs, self.errors, self._told_at = 0, {}, time.monotonic()
         self.printed = multiprocessing.Value("l", MOST_PRINTED)  # of the laws, left to be shown
@@ -63,18 +74,22 @@ class Search:
 
     def tried(self, variations, until=None):
         """Return the ``Trial`` of each of ``variations``, in parallel."""
-        tasks = [(self.content, self.path, each, until, self._within) for each in variations]
-        if self._scheduler:
+        trials = [self._kept and self._kept.trial(each, until) for each in variations]
+        rows = [row for row, trial in enumerate(trials) if trial is None]
+        tasks = [(self.content, self.path, variations[row], until, self._within) for row in rows]
+        if self._scheduler and tasks:
             done = on_cluster(try_variation, tasks, self._scheduler)
         else:
             done = self._cores.run(try_variation, tasks)
-        trials = [None] * len(tasks)
         with contextlib.closing(done):  # an interruption ends what still runs
-            for ended, (row, trial) in enumerate(done, self.runs + 1):
+            for ended, (task, trial) in enumerate(done, self.runs + len(trials) - len(rows) + 1):
                 self._tell(ended)
                 dead = isinstance(trial, dict)  # as ``workers.failed`` says it
-                trials[row] = Trial(math.inf, error=trial["ended"]) if dead else trial
-        self.runs += len(tasks)
+                trial = Trial(math.inf, error=trial["ended"]) if dead else trial
+                trials[rows[task]] = trial
+                if self._kept and not trial.error:  # another time it may be none
+                    self._kept.keep(variations[rows[task]], until, trial)
+        self.runs += len(trials)
         for trial in trials:
             if trial.error:
                 self.errors[trial.error] = self.errors.get(trial.error, 0) + 1

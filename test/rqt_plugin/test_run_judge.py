@@ -13,6 +13,7 @@ from mrs_simulator.rqt_plugin.run import run_judge
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.run_judge import RunJudge
 from mrs_simulator.rqt_plugin.window.course import Course
+from mrs_simulator.scenario.requirements import Requirement
 from mrs_simulator.study.run.run_so_far import standings_of
 
 SCENARIO = shipped("consensus")
@@ -98,5 +99,7 @@ def test_long_runs_of_many_are_thinned_and_the_samples_say_what_is_asked(judge):
     long = SCENARIO._replace(duration=1000.0)
     so_far = judge.of._so_far({"changes": []})
     assert len(so_far.time) == run_judge.MOST_SAMPLES and so_far.time[-1] == pytest.approx(199.9)
+    long = long._replace(requirements=(Requirement("near", "always each pair(distance < 1 m)"),))
     rows = {row["name"]: row for row in standings_of(long, so_far)}
     assert rows["drift of w^T p [m]"]["standing"] == "failing"  # all go one way
+    assert rows["near"]["standing"] == "failing" and "by robot1 and robot" in rows["near"]["note"]

@@ -111,7 +111,7 @@ class Run(StateTable):
     ):
         """``columns``: others by their names, or those of groups."""
         columns = {"pose": pose, "hand": hand, "command": command, **columns}
-        super().__init__(time, robots, kinds, axes, **columns)
+        super().__init__(time, np.asarray(robots), kinds, axes, **columns)
         self.collisions, self.scenario = list(collisions), scenario
         self.meta = {} if meta is None else meta
 

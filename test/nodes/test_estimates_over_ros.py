@@ -150,6 +150,10 @@ def test_of_real_robots_the_record_says_that_the_truth_is_not_known(ros, scenari
     # Commands begin with the readings, and a guard ends them after 2 s: these robots do not move.
     wait_until(lambda: "waiting for the robots' first command" in log_of(record))
     probe.ask("[stand_in_imu(n, 0.0) for n in (1, 2, 3)]")
+    facts = tmp_path / "real" / "run.json"
+    wait_until(facts.exists)  # as the run begins: the recorder may be killed
+    begun = json.loads(facts.read_text())
+    assert begun["real"] == [1, 2, 3] and begun["truth_unknown"] and begun["collisions_unknown"]
     out = tmp_path / "real" / "verdict.json"
     wait_until(out.exists)
     verdict = wait_until(lambda: json.loads(out.read_text() or "null"))

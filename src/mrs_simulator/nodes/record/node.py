@@ -222,7 +222,9 @@ class RunRecorder:
             self._file.close()
             own = range(1, self.scenario.n + 1), self.scenario.hand_length, _report
             self._file = recording.Recorder(path, *own, self._layout.also(TWIST))
-        recording.begin_facts(path, real, **self._scene())
+        known = {**self.source.meta(), **self._scene()}
+        known.pop("closest_approach", None)  # it may come closer
+        recording.begin_facts(path, real, **known)
 
     def _scene(self):
         """Return what is known of obstacles that move, by the names in ``recording.FACTS``."""

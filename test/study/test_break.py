@@ -436,6 +436,34 @@ def test_a_search_whose_runs_are_all_refused_is_no_search(path, tmp_path, capsys
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "formula, told",
+    [
+        ("always error < 1 m", "agree: open (the protocol Consensus wants no place"),
+        ("always(each edge(length < 9 m))", "agree: met (there is none of which it speaks)"),
+    ],
+)
+def test_where_nothing_could_be_found_it_is_told_why(path, tmp_path, capsys, formula, told):
+    text = SCENARIO.replace("eventually[0, 19] always(distance < 1 m)", formula)
+    text = text.replace("edges: [[1, 2], [2, 3]]", "edges: []").replace(
+        "duration: 20", "duration: 1"
+    )
+    with open(path, "w") as file:
+        file.write(text)
+    options = "--runs", 4, "--optimiser", "random", "--vary", "robots=[2, 4]"
+    assert run(break_, path, "--out", tmp_path / "out", *options, "--formats", "") == 0
+    said = capsys.readouterr()
+    assert "not found" in said.out and "in the scenario as it stands: " + told in said.out
+
+
+def test_a_scenario_that_breaks_as_it_stands_is_told(path, tmp_path, capsys):
+    with open(path, "w") as file:
+        file.write(SCENARIO.replace("gain: 1.0", "gain: 7.0"))
+    options = "--runs", 4, "--optimiser", "random", "--no-shrink", "--formats", ""
+    assert run(break_, path, "--out", tmp_path / "out", *options) == 1
+    assert "the scenario is broken as it stands: margin -" in capsys.readouterr().err
+
+
 def test_progress_says_once_a_batch_how_near_and_in_which_unit(path, tmp_path, capsys):
     out, options = tmp_path / "out", ("--runs", 43, "--optimiser", "random", "--no-shrink")
     run(

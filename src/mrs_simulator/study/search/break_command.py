@@ -118,7 +118,9 @@ def break_scenario(arguments):
     """Search and write what was found; return the exit code."""
     (look, formats), optimiser = look_of(arguments), optimiser_of(arguments.optimiser)
     search = opened(arguments, default_search)
-    search.nominal()
+    nominal = search.nominal()
+    if nominal.is_broken:
+        tell("the scenario is broken as it stands: {}".format(nominal.text))
     what = "requirement" if search.content.get("requirements") else "claim"
     try:
         found = search.find(arguments.runs, arguments.seed, optimiser)
@@ -140,6 +142,8 @@ def break_scenario(arguments):
         _refuse_all_refused(search.errors, searched - 1)  # one was the scenario itself
         _write(report, arguments.out)
         print("not found: none of {} runs breaks a {}. That is no proof.".format(searched, what))
+        if nominal.has_no_margin:
+            print("  in the scenario as it stands: {}".format(line_of(nominal.worst)))
         if search.errors:
             often = max(search.errors, key=search.errors.get)
             refused = sum(search.errors.values())

@@ -138,7 +138,7 @@ class Margins:
         """
         trial = self._search.nominal()
         if trial.is_broken:
-            text = "{}: broken as the scenario is, {} has no margin"
+            text = "{}: broken as it stands, {} has no margin"
             raise ScenarioError(text.format(self._search.path, trial.worst["name"]))
         if not trial.spares:
             text = "{}: nothing is judged; wanted requirements, or a run that is long enough"

@@ -47,11 +47,19 @@ class Trial(NamedTuple):
             return "margin {:+.4g}{} of {}".format(worst["margin"], unit, worst["name"])
         if not worst["name"]:
             return "nothing was judged"
-        if "formula" in worst:
-            return "{} left open".format(worst["name"])
+        if self.has_no_margin:
+            return "{} {}".format(
+                worst["name"], "speaks of nothing" if worst["met"] else "left open"
+            )
         if worst["name"] == LAW:
             return "{}: {}".format(LAW, worst["note"])
         return "margin {:+.3g} of the tolerance of {}".format(self.value, worst["name"])
+
+    @property
+    def has_no_margin(self):
+        """Return whether it was judged by a requirement that was left open, or that speaks of nothing."""
+        worst = self.worst or {}
+        return "formula" in worst and worst["margin"] is None
 
     @property
     def is_broken(self):

@@ -458,7 +458,7 @@ def test_where_nothing_could_be_found_it_is_told_why(path, tmp_path, capsys, for
 
 def test_a_scenario_that_breaks_as_it_stands_is_told(path, tmp_path, capsys):
     with open(path, "w") as file:
-        file.write(SCENARIO.replace("gain: 1.0", "gain: 7.0"))
+        file.write(SCENARIO.replace("gain: 1.0", "gain: 6.7"))
     options = "--runs", 4, "--optimiser", "random", "--no-shrink", "--formats", ""
     assert run(break_, path, "--out", tmp_path / "out", *options) == 1
     assert "the scenario is broken as it stands: margin -" in capsys.readouterr().err

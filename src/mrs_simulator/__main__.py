@@ -51,8 +51,9 @@ def main(argv=None):
         print("mrs-simulator {}".format(__version__))
         return
     if name not in COMMANDS:
-        text = "mrs-simulator: command {!r}, wanted one of {}"
-        print(text.format(name, ", ".join(COMMANDS)), file=sys.stderr)
+        from mrs_simulator.core.fields import unknown_name
+
+        print(unknown_name("mrs-simulator: command", name, COMMANDS), file=sys.stderr)
         sys.exit(BAD_INPUT)
     # An interrupt while modules load ends the program silently; then the command handles it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)

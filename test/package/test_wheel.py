@@ -123,7 +123,7 @@ def test_the_command_tells_its_commands(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["experimant"])
     assert ended.value.code == 2
-    assert "wanted one of experiment" in capsys.readouterr().err
+    assert "did you mean 'experiment'? (known: analyse" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS))

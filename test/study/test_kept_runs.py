@@ -72,6 +72,8 @@ def test_a_killed_search_goes_on_to_the_same_result(path, tmp_path, capsys):
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
     try:
         wait_until(lambda: (out / kept_runs.FILE).exists() and len(lines_in(out)) > 5)
+        assert run(margins, path, "--out", out) == 2
+        assert "another search writes there" in capsys.readouterr().err
     finally:
         process.kill()
         process.wait()

@@ -1,12 +1,14 @@
 """The runs of a search that have ended, in a file: the same command goes on after them."""
 
 import contextlib
+import fcntl
 import json
 import os
 
 from mrs_simulator.core.writing import naming
 from mrs_simulator.scenario.search import NO_SEARCH
 from mrs_simulator.study.run.run_keys import forget, run_key
+from mrs_simulator.study.run.workers import SweepError
 from mrs_simulator.study.search.space import varied_scenario
 from mrs_simulator.study.search.trials import Trial
 
@@ -20,7 +22,8 @@ class KeptRuns:
         """Take up the file in the directory ``out``, which is made, or begin it anew.
 
         ``search``: plain values by name, all that decides on runs; ``report(text)`` is called with what
-        is taken up, or with what has changed.  Raises ``OSError`` where nothing can be written there.
+        is taken up, or with what has changed.  Raises ``OSError`` where nothing can be written there, and
+        ``SweepError`` where another search does that.
         """
         os.makedirs(out, exist_ok=True)
         self.path = os.path.join(out, FILE)
@@ -29,9 +32,20 @@ class KeptRuns:
             self._file = open(self.path, "ab", buffering=0)
             with open(self.path, "rb") as file:
                 whole = self._read(file, search, report)
+            self._lock()
             self._file.truncate(whole)  # a last line may be half written
             if not whole:
                 self._write(search)
+
+    def _lock(self):
+        """Keep other searches from the file until this process ends; no process that it forks does."""
+        try:
+            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            text = "{}: another search writes there; wanted a directory of its own"
+            raise SweepError(text.format(self.path)) from None
+        except OSError:  # a file system without locks
+            return
 
     def _read(self, file, search, report):
         """Read the runs of the ``search`` from ``file``; return how many bytes of it are whole."""

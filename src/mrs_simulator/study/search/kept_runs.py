@@ -30,9 +30,10 @@ class KeptRuns:
         self._lines = {}  # by what was run
         with naming(self.path):
             self._file = open(self.path, "ab", buffering=0)
+            self._lock()
             with open(self.path, "rb") as file:
                 whole = self._read(file, search, report)
-            self._lock()
+            self._lock()  # again: closing the file that was read gives it back
             self._file.truncate(whole)  # a last line may be half written
             if not whole:
                 self._write(search)

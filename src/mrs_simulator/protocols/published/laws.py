@@ -39,9 +39,12 @@ class Published:
         """Return u (k, n, d) of teams at ``points`` (k, n, d) [m], ``time`` (k,) [s], one ``memory``."""
         return np.array([self.velocity(p, t, memory)[0] for p, t in zip(points, time)])
 
-    def motion(self, start, period, rows, drift=0.0):
-        """Return points and u (m, n, d) at commands ``rows`` (m,), from 0, as :func:`exact_steps`."""
-        return _steps_at(rows, exact_steps(self, start, period, drift=drift))
+    def motion(self, start, period, rows, drift=0.0, kept=None):
+        """Return points and u (m, n, d) at commands ``rows`` (m,), from 0, as :func:`exact_steps`.
+
+        ``kept``: a :class:`Steps` from that start, or None.
+        """
+        return (kept or Steps()).at(rows, self, start, period, drift=drift)
 
     def keeps_close(self, period):
         """Return whether two teams never part, in the largest distance, if u is held for ``period`` [s]."""
@@ -121,7 +124,7 @@ class Averaging(Published):
         u[..., self.still, :] = 0.0
         return u
 
-    def motion(self, start, period, rows, drift=0.0):
+    def motion(self, start, period, rows, drift=0.0, kept=None):
         """Return points and u at ``rows``, by doubling ``e+ = A e + Tc drift``, ``e = p - places``.
 
         From the first K of them the next K follow by ``A^K``.  Step by step where powers of A overflow.
@@ -140,7 +143,7 @@ class Averaging(Published):
                 track[known : known + more] = step @ track[:more] + shift
                 step, shift, known = step @ step, step @ shift + shift, known + more
         if not np.isfinite(track).all():
-            return super().motion(start, period, rows, drift)
+            return super().motion(start, period, rows, drift, kept)
         points = track[rows] + self.places
         return points, self.velocities(points, None, None)
 
@@ -213,10 +216,19 @@ def exact_steps(law, start, period, edges=None, drift=0.0):
         points, step = points + period * (u + drift), step + 1
 
 
-def _steps_at(rows, steps):
-    """Return points and u, (m, n, d) each, of the endless ``steps`` in ``rows`` (m,), counted from 0."""
-    points, u = map(np.array, zip(*itertools.islice(steps, int(np.max(rows)) + 1)))
-    return points[rows], u[rows]
+class Steps:
+    """The steps from one start, of which those that are known go on where more are asked for."""
+
+    def __init__(self):
+        self._known, self._more = [], None
+
+    def at(self, rows, *law, **start):
+        """Return points and u, (m, n, d) each, in ``rows`` (m,), counted from 0, of :func:`exact_steps`."""
+        more, self._more = self._more or exact_steps(*law, **start), None
+        self._known += itertools.islice(more, max(0, int(np.max(rows)) + 1 - len(self._known)))
+        self._more = more  # it did not raise
+        points, u = map(np.array, zip(*map(self._known.__getitem__, rows)))
+        return points, u
 
 
 class Listeners:
@@ -237,10 +249,11 @@ class Listeners:
         return u
 
 
-def exact_motion(law, start, period, time, edges=None, drift=0.0):
+def exact_motion(law, start, period, time, edges=None, drift=0.0, kept=None):
     """Return the exact points and velocities at ``time`` (m,) [s], (m, n, d) each; None if too long.
 
     ``drift``: as in :func:`exact_steps`; the velocities are those through the water.
+    ``kept``: :class:`Steps` of solutions of the same law from the same start, which this one goes on from.
     Too long: more than ``MOST_COMMANDS``, or ``MOST_PAIRS`` over the pairs of robots.
     """
     count = np.asarray(time) / period
@@ -250,9 +263,9 @@ def exact_motion(law, start, period, time, edges=None, drift=0.0):
     if commands > MOST_COMMANDS or work > MOST_PAIRS:
         return None
     if edges is None:
-        points, u = law.motion(start, period, before, drift)
+        points, u = law.motion(start, period, before, drift, kept)
     else:
-        points, u = _steps_at(before, exact_steps(law, start, period, edges, drift))
+        points, u = (kept or Steps()).at(before, law, start, period, edges, drift)
     since = period * np.maximum(count - before, 0.0)
     return points + since[:, np.newaxis, np.newaxis] * (u + drift), u
 

@@ -52,16 +52,16 @@ def is_blind(control, law):
     return control.links.changes_edges and law.over(np.ones((1, 1), dtype=bool)) is None
 
 
-def exact_run(control, run):
+def exact_run(control, run, kept=None):
     """Return the ``Run`` of point masses that the published law moves from the start of ``run``.
 
     Of a law that sees poses: of unicycles without limits.  None where no law is published, or the
-    solution is too long to compute.
+    solution is too long to compute.  ``kept``: as :func:`exact_motion`.
     """
-    return _NEWEST.of(control, run)
+    return _NEWEST.of(control, run, kept)
 
 
-def _exact_run(control, run):
+def _exact_run(control, run, kept):
     law = published_law(control)
     if law is None or is_blind(control, law):
         return None
@@ -70,7 +70,7 @@ def _exact_run(control, run):
     edges = faulty_edges(control)
     with np.errstate(all="ignore"):
         times, drift = run.time - run.time[0], current_of(control, run)
-        motion = exact_motion(law, run.hand[0], control.period, times, edges, drift)
+        motion = exact_motion(law, run.hand[0], control.period, times, edges, drift, kept)
     if motion is None or not np.isfinite(motion[0]).all():
         return None
     hand, velocity = motion
@@ -87,13 +87,13 @@ class _Newest:
     def __init__(self):
         self._of, self._asked, self._found = None, None, None
 
-    def of(self, control, run):
+    def of(self, control, run, kept):
         """Return the exact ``Run`` beside ``run``."""
         asked = run.time, run.pose[0], run.hand[0], [control.period, control.l, control.edge_seed]
         law = repr(control.parameters), control.topology, control.links, control.fidelity
         known = self._of is not None and self._of() is control and self._asked[1] == law
         if not (known and all(map(np.array_equal, asked, self._asked[0]))):
-            found = _exact_run(control, run)
+            found = _exact_run(control, run, kept)
             self._of = weakref.ref(control, self._forget)
             self._asked = (asked, law)
             self._found = found

@@ -1,6 +1,7 @@
 """Runs of ideal robots under the law itself, beside a recorded run: of laws without a form on points."""
 
 import contextlib
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -40,7 +41,7 @@ class IdealRuns:
 
     def __init__(self, control, run):
         """Where events or edges by chance change the run, or it was not in lockstep, there are none."""
-        scenario = run.scenario
+        scenario, self._going = run.scenario, {}  # by how many times as many commands
         self._protocol, self._scenario, self._content = type(control), scenario, None
         if scenario is None or not run.meta.get("lockstep") or scenario.events or scenario.load:
             return
@@ -75,40 +76,61 @@ class IdealRuns:
                     poses = ideal.poses.copy()
                     poses[:, :2] += beside[:, :2]
                     ideal = ideal._replace(poses=poses)
-                return run_of(ideal, self._protocol)
+                    return Going(ideal, self._protocol).over(ideal)
+                if commands not in self._going:
+                    self._going[commands] = Going(ideal, self._protocol)
+                return self._going[commands].over(ideal)
             except (ControlError, ScenarioError):
                 return None
 
 
-def run_of(scenario, protocol):
-    """Return the ``Run`` of the robots of ``scenario`` under ``protocol``, kept in memory.
+class Going:
+    """A run of the robots of a ``scenario`` under ``protocol``, kept in memory, that can go on."""
 
-    None where bodies touched, or commands were none that robots can have.  Raises what the law raises.
-    """
-    world = World.from_scenario(scenario)
-    try:
-        control, states = make_control(scenario, protocol), []
-        sensors = Suite.of_scenario(scenario, *world.senses)
-        sensors.activate(dict.fromkeys(range(scenario.n), control.SENSORS))
-        world.rise()
-        call(control.start)
-        for step in range(int(round(scenario.duration / scenario.step)) + 1):
-            if step:
-                world.step()
-            if world.contacts.take() or world.faults.take():
-                return None
-            sensors.update(step, world.sensed)
-            if step % scenario.steps_per_command == 0:
-                joints = world.joints if world.team.has_joints else None
-                readings = None if sensors.is_idle else sensors.readings(world.time)
-                command = call(control.commands, world.pose, world.time, joints, readings)
-                if not world.set_commands(EVERY, command):
-                    return None
-            if step % scenario.steps_per_record == 0:
-                states.append(world.team.recorded(world.state(), control.l).copy())
-    finally:
-        world.close()
-    table, numbers = stacked(states), np.arange(1, scenario.n + 1)
-    columns = {name: value for name, value in vars(table).items() if name in COLUMNS}
-    more = {"scenario": scenario, "meta": {"lockstep": True}, "axes": world.team.axes}
-    return Run(table.time, numbers, **columns, **more)
+    def __init__(self, scenario, protocol):
+        self._states, self._done, self._axes = [], 0, None
+        self._steps = self._stepped(scenario, protocol)
+
+    def over(self, scenario):
+        """Return the ``Run`` until the end of ``scenario``, which has another duration at most.
+
+        None where bodies touch before, or commands are none that robots can have.  Raises what the law
+        raises, and is None from then on.
+        """
+        last = int(round(scenario.duration / scenario.step))
+        for _ in itertools.islice(self._steps, max(0, last + 1 - self._done)):
+            self._done += 1
+        if self._done <= last:
+            return None
+        table = stacked(self._states[: last // scenario.steps_per_record + 1])
+        columns = {name: value for name, value in vars(table).items() if name in COLUMNS}
+        more = {"scenario": scenario, "meta": {"lockstep": True}, "axes": self._axes}
+        return Run(table.time, np.arange(1, scenario.n + 1), **columns, **more)
+
+    def _stepped(self, scenario, protocol):
+        """Yield after each step, whose state is kept where it is recorded; end where bodies touch."""
+        world = World.from_scenario(scenario)
+        self._axes = world.team.axes
+        try:
+            control = make_control(scenario, protocol)
+            sensors = Suite.of_scenario(scenario, *world.senses)
+            sensors.activate(dict.fromkeys(range(scenario.n), control.SENSORS))
+            world.rise()
+            call(control.start)
+            for step in itertools.count():
+                if step:
+                    world.step()
+                if world.contacts.take() or world.faults.take():
+                    return
+                sensors.update(step, world.sensed)
+                if step % scenario.steps_per_command == 0:
+                    joints = world.joints if world.team.has_joints else None
+                    readings = None if sensors.is_idle else sensors.readings(world.time)
+                    command = call(control.commands, world.pose, world.time, joints, readings)
+                    if not world.set_commands(EVERY, command):
+                        return
+                if step % scenario.steps_per_record == 0:
+                    self._states.append(world.team.recorded(world.state(), control.l).copy())
+                yield
+        finally:
+            world.close()

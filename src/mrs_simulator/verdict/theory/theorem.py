@@ -1,5 +1,6 @@
 """Whether claims hold of the law itself: on the exact solution, followed until it has settled."""
 
+import collections
 import copy
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import RATE_FLOOR, TooShort, slope
-from mrs_simulator.protocols.published.laws import MOST_COMMANDS
+from mrs_simulator.protocols.published.laws import MOST_COMMANDS, Steps
 from mrs_simulator.record.recording import part_of
 from mrs_simulator.verdict.theory.exact_runs import exact_run, published_law
 from mrs_simulator.verdict.verdict import BROKEN, FEWEST_SAMPLES, measured_of
@@ -72,6 +73,7 @@ class Points:
     def __init__(self, control, run, exact, claims):
         self.control, self.run, self.exact, self.claims = control, run, exact, claims
         self._longer, self._answers = {}, {}
+        self._steps = collections.defaultdict(Steps)  # by how many times as many commands
 
     def answer(self, claim):
         """Return the ``Answer`` on ``claim``."""
@@ -292,7 +294,7 @@ class Points:
         if commands > 1:
             control = copy.copy(control)
             control._keep(period=control.period / commands)
-        return call(exact_run, control, run)
+        return call(exact_run, control, run, self._steps[commands] if beside is None else None)
 
     def _first(self, run, claim):
         """Return after how long [s] ``run``, which shows the ``claim``, does so first."""

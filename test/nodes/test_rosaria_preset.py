@@ -9,7 +9,7 @@ from test_stage_node import start
 
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.nodes.stage.driver_presets.rosaria import behind_rosaria, driver_commands
-from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.vehicles import Team
 
@@ -64,6 +64,8 @@ def test_the_sensors_are_what_the_driver_tells():
         assert dict(mounts[0][0].noise)[""].quantum == 0.001
         assert mounts[0][-1].rate == 10.0 and dict(mounts[0][-1].noise)[""].quantum == 0.1
         assert [mount.name for mount in mounts[1]] == ["laser"]
+        again = behind_rosaria(scenario_from_yaml(changed.to_yaml()))
+        assert again.to_yaml() == changed.to_yaml()  # the scenario of a run starts the same one
 
 
 def test_odometry_and_topics_are_the_drivers(ros):

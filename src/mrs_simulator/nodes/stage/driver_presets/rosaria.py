@@ -30,11 +30,16 @@ def behind_rosaria(scenario):
         raise ValueError("preset rosaria: fidelity point_mass, wanted kinematic or dynamic")
     reported = {kind.name: _reported(kind) for kind in Team.from_scenario(scenario).kinds}
     sensors = [{"kind": name, "mounts": mounts} for name, mounts in reported.items() if mounts]
+    added, own = (
+        [change.to_plain() for change in each.sensors]
+        for each in (scenario.changed(sensors=sensors), scenario)
+    )
+    is_behind = own[: len(added)] == added  # as a run's own scenario, recorded behind the driver
     return scenario.changed(
         odometry="wheel",
         limits="firmware",
         cmd_vel_timeout=CMD_VEL_TIMEOUT,
-        sensors=sensors + [change.to_plain() for change in scenario.sensors],
+        sensors=own if is_behind else added + own,
     )
 
 

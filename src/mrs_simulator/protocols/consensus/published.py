@@ -54,6 +54,7 @@ class Switching(Published):
         self.arcs = [(i - 1, j - 1, k) for k, (i, j, _) in enumerate(edges)]
         if not directed:
             self.arcs += [(j, i, k) for i, j, k in self.arcs]
+        self.ends = np.array(self.arcs, dtype=int).reshape(-1, 3).T
         self.draws, self.drawn = np.random.default_rng(seed), []
 
     def velocity(self, points, time, memory):
@@ -62,11 +63,12 @@ class Switching(Published):
             count = len(self.edges) if self.symmetric else len(self.arcs)
             self.drawn.append(self.draws.random(count))
         chance = self.drawn[command]
-        u = np.zeros_like(points)
-        for row, (i, j, edge) in enumerate(self.arcs):
-            up = edge % self.sets == (command // self.turn) % self.sets
-            if up and chance[edge if self.symmetric else row] >= self.loss:
-                u[i] += self.gain * self.weights[i, j] * (points[j] - points[i])
+        i, j, edge = self.ends
+        up = edge % self.sets == (command // self.turn) % self.sets
+        up &= chance[edge if self.symmetric else slice(None)] >= self.loss
+        i, j, u = i[up], j[up], np.zeros_like(points)
+        pull = self.gain * self.weights[i, j]
+        np.add.at(u, i, pull[:, np.newaxis] * (points[j] - points[i]))
         return u, None
 
 
@@ -94,13 +96,11 @@ class EventTriggered(Published):
             known, self.broadcasts = points.copy(), len(points)
         else:
             known, a = memory.copy(), 0.5 / max(degree.max(), 1e-9)
-            for i, d in enumerate(degree):
-                z = self.weights[i] @ points - d * points[i]
-                allowed = self.sigma * a * (1.0 - a * d) / max(d, 1e-9) * (z @ z)
-                off = known[i] - points[i]
-                if off @ off > allowed:
-                    known[i] = points[i]
-                    self.broadcasts += 1
+            z = (self.weights[:, np.newaxis] @ points)[:, 0] - degree[:, np.newaxis] * points
+            share = self.sigma * a * (1.0 - a * degree) / np.maximum(degree, 1e-9)
+            told = _squared(known - points) > share * _squared(z)
+            known[told] = points[told]
+            self.broadcasts += int(told.sum())
         return self.gain * (self.weights @ known - degree[:, np.newaxis] * known), known
 
 
@@ -112,19 +112,21 @@ class Resilient(Published):
     def __init__(self, weights, gain, dropped, normal, speed, turn):
         self.weights, self.gain, self.dropped = weights, gain, dropped
         self.normal, self.speed, self.turn = normal, speed, turn
+        rows = weights[:normal].tolist()
+        # By normal robot: whom it hears, with their weights.
+        self.heard = [{j: weight for j, weight in enumerate(row) if weight} for row in rows]
 
     def velocity(self, points, time, memory):
         u = np.zeros_like(points)
         u[self.normal :, 0] = self.speed * np.cos(self.turn * time)
         u[self.normal :, 1] = self.speed * np.sin(self.turn * time)
-        for i in range(self.normal):
-            for axis in range(points.shape[1]):
-                own = points[i, axis]
-                others = [j for j in np.flatnonzero(self.weights[i]) if points[j, axis] != own]
-                above = sorted((points[j, axis], j) for j in others if points[j, axis] > own)
-                below = sorted((points[j, axis], j) for j in others if points[j, axis] < own)
+        for axis, places in enumerate(points.T.tolist()):
+            for i, heard in enumerate(self.heard):
+                own = places[i]
+                above = sorted((places[j], j) for j in heard if places[j] > own)
+                below = sorted((places[j], j) for j in heard if places[j] < own)
                 kept = above[: max(0, len(above) - self.dropped)] + below[self.dropped :]
-                u[i, axis] = self.gain * sum(self.weights[i, j] * (x - own) for x, j in kept)
+                u[i, axis] = self.gain * sum(heard[j] * (x - own) for x, j in kept)
         return u, None
 
 
@@ -136,18 +138,24 @@ class Noisy(Published):
     def __init__(self, weights, gain, noise, seed, period):
         """``noise``: of velocities [m/s^0.5], of robots' and of listeners' positions [m]."""
         self.weights, self.gain, self.noise, self.period = weights, gain, noise, period
-        self.arcs = sorted(zip(*np.nonzero(weights)))
+        self.arcs = np.array(np.nonzero(weights))
         self.draws, self.drawn = np.random.default_rng(seed), []
 
     def velocity(self, points, time, memory):
         command = int(round(time / self.period))
         while len(self.drawn) <= command:
-            sizes = (len(points), len(self.arcs), len(points))
+            sizes = (len(points), self.arcs.shape[1], len(points))
             shapes = [(size, points.shape[1]) for size in sizes]
             self.drawn.append([self.draws.standard_normal(shape) for shape in shapes])
         robots, listeners, pushes = self.drawn[command]
         u = self.noise[0] / np.sqrt(self.period) * pushes
         seen = points + self.noise[1] * robots
-        for (i, j), error in zip(self.arcs, listeners):
-            u[i] += self.gain * self.weights[i, j] * (seen[j] - seen[i] + self.noise[2] * error)
+        i, j = self.arcs
+        pull = self.gain * self.weights[i, j]
+        np.add.at(u, i, pull[:, np.newaxis] * (seen[j] - seen[i] + self.noise[2] * listeners))
         return u, None
+
+
+def _squared(rows):
+    """Return the square of the length of each of ``rows`` (n, d)."""
+    return (rows[:, np.newaxis] @ rows[:, :, np.newaxis])[:, 0, 0]

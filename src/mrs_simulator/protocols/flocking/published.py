@@ -1,6 +1,7 @@
 """Flocking laws as published, for verdicts: see :mod:`protocols.published.laws`."""
 
 import cmath
+import itertools
 import math
 
 import numpy as np
@@ -72,9 +73,8 @@ class AlphaGamma(Accelerated):
         force = self.strength * near * (z - self.d) / np.sqrt(1.0 + (z - self.d) ** 2)
         force /= np.sqrt(1.0 + EPSILON * squared)
         alignment = self.alignment * near
-        for i in range(len(points)):
-            a[i] += force[i] @ apart[i]
-            a[i] += alignment[i] @ (v - v[i])
+        a += (force[:, np.newaxis] @ apart)[:, 0]
+        a += (alignment[:, np.newaxis] @ (v - v[:, np.newaxis]))[:, 0]
         return a
 
 
@@ -115,17 +115,19 @@ class Boids(Accelerated):
 
     def acceleration(self, points, v, time, rest):
         separation, alignment, cohesion = self.gains
-        a = np.zeros_like(v)
-        for i, point in enumerate(points):
-            squared = ((points - point) ** 2).sum(axis=1)
-            near = [j for j in np.flatnonzero(squared < self.radius**2) if j != i]
-            if not near:
-                continue
-            a[i] = alignment * (v[near].mean(axis=0) - v[i])
-            a[i] += cohesion * (points[near].mean(axis=0) - point)
-            apart = [j for j in near if squared[j] > 0.0]
-            a[i] += separation * ((point - points[apart]).T / squared[apart]).sum(axis=1)
-        return a
+        away = points[:, np.newaxis] - points  # (n, n, d), of row i from all others to robot i
+        squared = (away**2).sum(axis=2)
+        near = squared < self.radius**2
+        np.fill_diagonal(near, False)
+        count = near.sum(axis=1)[:, np.newaxis]
+        among = near[:, :, np.newaxis]
+        with np.errstate(invalid="ignore"):  # of nobody
+            a = alignment * (np.where(among, v, 0.0).sum(axis=1) / count - v)
+            a += cohesion * (np.where(among, points, 0.0).sum(axis=1) / count - points)
+        apart = near & (squared > 0.0)
+        shares = away / np.where(apart, squared, 1.0)[:, :, np.newaxis]
+        a += separation * np.where(apart[:, :, np.newaxis], shares, 0.0).sum(axis=1)
+        return np.where(count > 0, a, 0.0)
 
     def within(self, v):
         """Return ``v`` with speeds from half the speed to the speed."""
@@ -161,9 +163,10 @@ class Headings(Published):
             xi = self.draws.uniform(-0.5 * self.noise, 0.5 * self.noise, len(points))
             self.drawn.append(xi)
         headings = np.empty(len(points))
-        for i, point in enumerate(points):
-            near = np.flatnonzero(((points - point) ** 2).sum(axis=1) < self.radius**2)
-            mean = sum(cmath.exp(1j * memory[j]) for j in near)
+        directions = [cmath.exp(1j * heading) for heading in memory]
+        among = squares(points - points[:, np.newaxis]) < self.radius**2
+        for i, near in enumerate(among):
+            mean = sum(itertools.compress(directions, near.tolist()))
             kept = cmath.phase(mean) if abs(mean) > 1e-12 else memory[i]
             headings[i] = kept + self.drawn[command][i]
         return self.speed * np.column_stack([np.cos(headings), np.sin(headings)]), headings

@@ -103,3 +103,33 @@ def test_long_runs_of_many_are_thinned_and_the_samples_say_what_is_asked(judge):
     rows = {row["name"]: row for row in standings_of(long, so_far)}
     assert rows["drift of w^T p [m]"]["standing"] == "failing"  # all go one way
     assert rows["near"]["standing"] == "failing" and "by robot1 and robot" in rows["near"]["note"]
+
+
+@pytest.mark.parametrize("real", [(), (1,), (1, 2)], ids=["simulated", "mixed", "real"])
+def test_real_robots_stand_by_what_their_drivers_measure_as_in_the_verdict(judge, real):
+    scenario = (
+        SCENARIO._replace(topology=None)
+        .with_robots(2)
+        ._replace(
+            requirements=(
+                Requirement("slow", "always each robot(speed < 0.25 m/s)"),
+                Requirement("straight", "always each robot(abs(turn_rate) < 0.1 rad/s)"),
+                Requirement("free", "always contacts <= 0"),
+            )
+        )
+    )
+    for step in range(31):  # of 15 poses a second samples at 10 Hz leave out every third
+        place = np.floor(0.1 * step * 15) / 15 * 0.2
+        pose = scenario.poses + [place, 0.0, place * 0.45]
+        twist, flags = np.full((2, 3), [0.2, 0.0, 0.09]), np.ones(2, dtype=bool)
+        command = np.full((2, 2), 0.2)
+        time = 1.0 + len(real) + 0.1 * step  # by when it began runs are told apart
+        judge.history.append(snapshot_of(time, (1, 2), pose, twist, command, flags, real))
+    rows = {row["name"]: row for row in standings_of(scenario, judge.of._so_far({}))}
+    fail = [name for name, row in rows.items() if row["standing"] == "failing"]
+    moves = {"slow", "straight"}  # what is simulated does as its poses say
+    assert moves.intersection(fail) == (set() if len(real) == 2 else moves), rows
+    if len(real) == 1:
+        assert "by robot2" in rows["slow"]["note"]
+    unknown = "nothing reports collisions of real robots"
+    assert (rows["free"]["note"] == unknown) == (len(real) == 2)

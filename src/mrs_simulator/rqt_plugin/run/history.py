@@ -164,6 +164,13 @@ class History:
         """
         return float(self.time[self.first_row()]) if self._filled else 0.0
 
+    def facts_of_real(self):
+        """Return what ``run.json`` says of a run with real robots; nothing where all are simulated."""
+        if not self.real:
+            return {}
+        alone = self.real.issuperset(self.numbers)  # nothing measures collisions of real robots
+        return {"real": sorted(self.real), **({"collisions_unknown": True} if alone else {})}
+
     def lasts(self, duration):
         """Return whether the run, which has begun, is ``duration`` [s] long by now."""
         return self.time[-1] - self.begun >= duration - ROUNDING

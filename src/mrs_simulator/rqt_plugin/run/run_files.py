@@ -241,13 +241,10 @@ class RunFiles:
     def _controller_facts(self, begin, end, history):
         """Return what is known of the run in ``history`` from ``begin`` to ``end`` [s]."""
         controller, origin = self._connection.controller, self._origin(history)
-        real = history.real.issuperset(history.numbers)
         meta = {"warnings": controller.warnings(origin + begin, origin + end)}
-        meta.update({"real": sorted(history.real)} if history.real else {})
+        meta.update(history.facts_of_real())
         ended = controller.ended(origin + begin)
-        meta.update({"ended": ended} if ended else {})
-        # Collisions of real robots are not measured.
-        return dict(meta, collisions_unknown=True) if real else meta
+        return {**meta, "ended": ended} if ended else meta
 
 
 def _whole(write, directory, *given):

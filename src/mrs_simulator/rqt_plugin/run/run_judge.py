@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
-from mrs_simulator.state.columns import JOINTS
+from mrs_simulator.state.columns import JOINTS, OUT_OF_PLANE, TWIST
 from mrs_simulator.study.run.run_so_far import SoFar
 
 PERIOD = 0.5  # [s] of wall time between two looks at a run
@@ -90,7 +90,9 @@ class RunJudge:
         count = min(MOST_SAMPLES, most, last - first + 1)
         rows = np.unique(np.linspace(first, last, count).round().astype(int))
         state, begun = history.state.at(rows), history.begun
-        meta = dict(facts, lockstep=history.recorded is not None)
+        # No difference of poses tells the velocities of real robots.
+        columns = (JOINTS, TWIST, OUT_OF_PLANE) if history.real else (JOINTS,)
+        meta = dict(facts, lockstep=history.recorded is not None, **history.facts_of_real())
         if history.incidents:
             meta["incidents"] = [i._replace(time=i.time - begun) for i in history.incidents]
         return SoFar(
@@ -101,7 +103,7 @@ class RunJudge:
             np.array(state.heights),
             state.command.copy(),
             history.axes,
-            state.joints.copy() if state.has(JOINTS) else None,
+            {each.name: state[each].copy() for each in columns if state.has(each)},
             tuple(c._replace(time=c.time - begun) for c in history.collisions),
             meta,
         )

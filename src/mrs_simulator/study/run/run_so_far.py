@@ -23,7 +23,7 @@ class SoFar(NamedTuple):
     heights: Any  # (m, n) [m]
     command: Any  # (m, n, a)
     axes: Tuple  # the columns of ``command``
-    joints: Any  # (m, n) or (m, n, k), None without
+    columns: dict  # others by their names, such as joints (m, n)
     collisions: Tuple
     meta: dict  # what ``run.json`` would have, such as changes
 
@@ -50,9 +50,8 @@ def _run_of(scenario, control, so_far):
     known = so_far.pose
     if control.team.is_spatial:
         known = np.concatenate([known, so_far.heights[..., np.newaxis]], axis=2)
-    hand = control.team.point(known, so_far.joints, control.l)
+    hand = control.team.point(known, so_far.columns.get("joints"), control.l)
     meta = {**so_far.meta, "changes": read_changes(so_far.meta.get("changes", []))}
-    more = {} if so_far.joints is None else {"joints": so_far.joints}
     return Run(
         so_far.time,
         so_far.numbers,
@@ -63,7 +62,7 @@ def _run_of(scenario, control, so_far):
         scenario,
         meta,
         so_far.axes,
-        **more,
+        **so_far.columns,
     )
 
 

@@ -95,20 +95,24 @@ class Forward(PioneerControl):
 """
 
 
+def start_driver(ros, number, rate):
+    """Start a driver of robot ``number`` on the stage's topics, which tells ``rate`` [Hz] poses."""
+    ours = "/robot{}".format(number)
+    names = (
+        "{0}/RosAria/{1}:={0}/{2}".format(ours, their, our)
+        for their, our in (("pose", "odom"), ("cmd_vel", "cmd_vel"))
+    )
+    driver = [sys.executable, ROBOT, "__name:=RosAria", "__ns:=" + ours, *names]
+    ros.start("driver{}".format(number), [*driver, "_rate:={}".format(rate)])
+
+
 @pytest.mark.parametrize("real", [(), (1,), (1, 2)], ids=["simulated", "mixed", "real"])
 def test_a_killed_recorder_leaves_who_is_real_and_how_fast_they_are(ros, tmp_path, real):
     master = xmlrpc.client.ServerProxy(ros.uri)
     master.setParam("/test", "/use_sim_time", False)  # which drivers look at once
     for number in real:
-        ours = "/robot{}/".format(number)
-        names = (
-            "{0}RosAria/{1}:={0}{2}".format(ours, their, our)
-            for their, our in (("pose", "odom"), ("cmd_vel", "cmd_vel"))
-        )
-        # Of 15 poses a second samples at 10 Hz leave out every third.
-        driver = [sys.executable, ROBOT, "__name:=RosAria", "__ns:=" + ours[:-1], *names]
-        ros.start("driver{}".format(number), [*driver, "_rate:=15"])
-        odom = [ours + "odom", "nav_msgs/Odometry"]
+        start_driver(ros, number, rate=15)  # of which samples at 10 Hz leave out every third
+        odom = ["/robot{}/odom".format(number), "nav_msgs/Odometry"]
         wait_until(lambda odom=odom: odom in master.getPublishedTopics("/test", "")[2])
     master.setParam("/test", "/use_sim_time", real != (1, 2))
     (tmp_path / "law.py").write_text(FORWARD)

@@ -1,8 +1,13 @@
 """The GUI with real robots, alone and among simulated ones: marked, checked, started only if ready."""
 
+import json
+import re
 import xmlrpc.client
 
 import pytest
+from ros_fixtures import PATIENCE, wait_until
+from test_real_mixed import start_driver
+from test_rosaria import FORWARD
 
 from mrs_simulator.scenario.scenario import load_scenario
 
@@ -257,3 +262,77 @@ assert "real time" not in gui.status["time"].text()
 """,
         stage.pid,
     )
+
+
+TWO = """
+poses: [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
+odometry: wheel
+duration: 6
+record_rate: 10
+control: {protocol: law.py, rate: 20}
+requirements:
+  slow: always(each robot(speed < 0.22 m/s))
+  straight: always(each robot(abs(turn_rate) < 0.1 rad/s))
+  free: always(contacts <= 0)
+"""
+
+
+@pytest.mark.parametrize("real", [(1,), (1, 2)], ids=["mixed", "real"])
+def test_a_run_has_the_same_answers_from_the_window_as_from_the_recorder(gui, ros, tmp_path, real):
+    be_patient(ros, use_sim_time=False)  # at which drivers look at once
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    for number in real:
+        start_driver(ros, number, rate=15)  # samples at 10 Hz leave out every third pose
+        odom = ["/robot{}/odom".format(number), "nav_msgs/Odometry"]
+        wait_until(lambda odom=odom: odom in master.getPublishedTopics("/test", "")[2])
+    mixed = real == (1,)
+    master.setParam("/test", "/use_sim_time", mixed)
+    (tmp_path / "law.py").write_text(FORWARD)
+    scenario, recorded, saved = (tmp_path / name for name in ("two.yaml", "recorded", "saved"))
+    scenario.write_text(TWO)
+    if mixed:
+        ros.node("stage", "--scenario", scenario, "--real", 1)
+    record = ros.node("record", "--scenario", scenario, "--out", recorded)
+    own = ["_odom_timeout:=30", "_max_jump:=0"] + ["_real:=1"] * mixed
+    ros.node("pioneer_control", "--scenario", scenario, *own, "_autostart:=false")
+    output = gui(
+        """
+until(lambda: len(gui.history.real) == int(sys.argv[2]) and len(gui.history.numbers) == 2)
+until(lambda: gui.connection.is_fresh("control"))
+gui.connection.ask("start")
+stands = set()
+def judged():
+    panel = gui.verdict
+    if panel.verdict is None:
+        rows = (panel.table.text(row, 1) + " " + panel.table.text(row, 2)
+                for row in range(panel.table.rowCount()))
+        stands.update(row for row in rows if "failing" in row)
+    return panel.verdict is not None
+until(judged)
+assert not stands, stands
+print("JUDGED", json.dumps(gui.verdict.verdict["requirements"]))
+gui.study.files.save(gui.history, sys.argv[3])
+until(lambda: os.path.exists(os.path.join(sys.argv[3], "verdict.json")))
+""",
+        len(real),
+        saved,
+        scenario=str(scenario),
+    )
+    record.wait(PATIENCE)
+    seen = json.loads(re.search("^JUDGED (.*)$", output, re.MULTILINE).group(1))
+    by_window, by_recorder = (
+        json.loads((out / "verdict.json").read_text())["requirements"] for out in (saved, recorded)
+    )
+    same = "name", "met", "note", "predicate", "unit"
+    answers = [
+        [[each[key] for key in same] for each in found] for found in (by_recorder, by_window, seen)
+    ]
+    assert answers[0] == answers[1] == answers[2]
+    assert [met for _, met, *_ in answers[0]] == [True, True, True if mixed else None]
+    for ours, theirs in zip(by_window, by_recorder):
+        if ours["met"] is not None:
+            assert ours["margin"] == pytest.approx(theirs["margin"], abs=2e-3)
+    facts = [json.loads((out / "run.json").read_text()) for out in (saved, recorded)]
+    for key in ("real", "collisions_unknown", "collisions"):
+        assert facts[0].get(key) == facts[1].get(key), key
+    assert facts[0]["real"] == list(real)

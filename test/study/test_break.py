@@ -72,6 +72,9 @@ def test_the_threshold_of_held_commands_is_found_without_theory(path, tmp_path, 
     assert key == "control.parameters.gain"
     assert holds < breaks and holds == pytest.approx(theory, rel=0.02)
     assert "found after" in said and "holds at" in said
+    (told,) = [line for line in said.splitlines() if "run it again" in line]
+    scenario = "experiment {} --out ".format(out / "counterexample.yaml")
+    assert scenario in told  # which is wanted
     again = run_experiment(
         load_scenario(str(out / "counterexample.yaml")), str(tmp_path / "again"), formats=()
     )
@@ -263,6 +266,54 @@ def test_enough_clean_runs_show_a_share_and_one_failure_does_not(path, tmp_path,
     assert "not shown" in capsys.readouterr().out
     failed = load_scenario(str(tmp_path / "out" / "failed.yaml"))
     assert failed.control.parameters["gain"] > 20.0 / 3.0 * 0.98
+
+
+@pytest.mark.parametrize(
+    "formulas, why",
+    [
+        (["always error < 1 m"], "agree left open"),
+        (["eventually[50, 60](distance < 1 m)"], "agree left open"),
+        (["distance < 9 m", "eventually[50, 60](distance < 1 m)"], "also left open"),
+    ],
+)
+def test_what_a_run_leaves_open_is_neither_assured_nor_has_a_margin(
+    path, tmp_path, capsys, formulas, why
+):
+    text = "\n  also: ".join(formulas)
+    text = SCENARIO.replace("eventually[0, 19] always(distance < 1 m)", text)
+    with open(path, "w") as file:
+        file.write(text.replace("duration: 20", "duration: 1"))
+    assert run(assure, path, "--out", tmp_path / "out", "--at-least", 0.5) == 1
+    said = capsys.readouterr().out
+    assert "not shown" in said and "0 of 1" in said and "({})".format(why) in said
+    options = "--along", "mismatch.delay=0.1", "--formats", ""
+    if len(formulas) == 1:
+        assert run(margins, path, "--out", tmp_path / "margins", *options) == 2
+        assert "nothing is judged" in capsys.readouterr().err
+        return
+    assert run(margins, path, "--out", tmp_path / "margins", *options) == 0
+    said = capsys.readouterr().out
+    assert "leaves it open: also" in said and "also" not in said.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    "option, message",
+    [
+        (("--at-least", "99%"), "99%: wanted a number between 0 and 1"),
+        (("--confidence", "1"), "1: wanted a number between 0 and 1"),
+        (("--runs", "0"), "0: wanted a whole number of at least 1"),
+    ],
+)
+def test_shares_and_runs_that_are_none_are_refused(path, tmp_path, capsys, option, message):
+    assert run(assure, path, "--out", tmp_path / "out", *option) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_search_that_is_left_empty_is_none(path, tmp_path, capsys):
+    with open(path, "w") as file:
+        file.write(SCENARIO[: SCENARIO.index("search:")].replace("20", "1") + "search:\n")
+    assert run(assure, path, "--out", tmp_path / "out") == 2
+    assert "nothing varies" in capsys.readouterr().err
 
 
 def test_evidence_goes_on_after_failures(path, tmp_path):

@@ -116,6 +116,7 @@ def test_dead_robots_never_move():
         (SCENARIO, "control.parameters.gian=1", "unknown 'gian'; did you mean 'gain'?"),
         (SCENARIO, "control.parameters.slope=1", "unknown 'slope' (known: gain, l)"),
         (SCENARIO, "control.parameters.l=1", "wanted a number in the scenario"),
+        (SCENARIO, "control.rate=10", "--along control.rate=10: the scenario's own value, wanted"),
         (SCENARIO.replace("10 m", "1 m"), "control.rate=1", "near has no margin"),
     ],
 )

@@ -143,7 +143,7 @@ def test_what_a_run_does_not_have_leaves_a_requirement_open():
             "apart: signal: unknown 'distnce'; did you mean 'distance'",
         ),
         ({"apart": "always(distance > 1 s)"}, "1 s beside a signal in m"),
-        ({"apart": 3}, "wanted the text of a formula"),
+        ({"apart": 3}, r"wanted the text of a formula, got 3(?!\n)"),
         ({1: "distance > 1"}, "wanted a name of a requirement"),
         (["distance > 1"], "wanted a mapping of formulas by name"),
     ],

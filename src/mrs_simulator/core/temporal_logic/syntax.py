@@ -62,7 +62,8 @@ class FormulaError(ValueError):
     def __init__(self, message, text, position):
         """``position``: of the character in ``text``."""
         line = text.replace("\n", " ").replace("\t", " ")
-        super().__init__("{}\n  {}\n  {}^".format(message, line, " " * position))
+        pointer = "\n  {}\n  {}^".format(line, " " * position) if line.strip() else ""
+        super().__init__(message + pointer)
         self.position = position
 
 

@@ -1,6 +1,7 @@
 """The program ``assure``: show with confidence that runs at random keep their requirements."""
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -11,9 +12,11 @@ from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import SEED
+from mrs_simulator.study.run.command import at_least
 from mrs_simulator.study.search.assurance import clean_runs, log_evidence, lower_bound
-from mrs_simulator.study.search.break_command import add_search, exit_with, opened
+from mrs_simulator.study.search.break_command import add_search, exit_with, opened, tell
 from mrs_simulator.study.search.space import varied_scenario
+from mrs_simulator.verdict.requirements.results import line_of
 
 SHOWN, NOT_SHOWN = 0, 1  # exit codes
 BATCH = 32  # runs at once
@@ -32,22 +35,24 @@ def _arguments(argv):
     parser.add_argument("--at-least", type=_share, default=0.99, metavar="P", help="share (0.99)")
     parser.add_argument("--confidence", type=_share, default=0.95, metavar="C", help="(0.95)")
     text = "go on after failures, up to N runs, by a test that is valid at any time"
-    parser.add_argument("--runs", type=int, metavar="N", help=text)
+    parser.add_argument("--runs", type=at_least(1), metavar="N", help=text)
     return parser.parse_args(argv)
 
 
 def _share(text):
-    value = float(text)
-    if not 0.0 < value < 1.0:
-        raise argparse.ArgumentTypeError("{}: wanted a number between 0 and 1".format(text))
-    return value
+    with contextlib.suppress(ValueError):
+        if 0.0 < float(text) < 1.0:
+            return float(text)
+    raise argparse.ArgumentTypeError("{}: wanted a number between 0 and 1".format(text))
 
 
 def assure(arguments):
     """Draw and judge; write what was found and print it; return the exit code."""
     search = opened(arguments)
     share, confidence = arguments.at_least, arguments.confidence
-    search.nominal()
+    nominal = search.nominal()
+    if nominal.has_no_margin:
+        tell("in the scenario as it stands: {}".format(line_of(nominal.worst)))
     anytime = arguments.runs is not None
     most = arguments.runs if anytime else clean_runs(share, confidence)
     good, runs, first_bad = _drawn(search, arguments.seed, most, share, confidence, anytime)
@@ -72,14 +77,18 @@ def assure(arguments):
     write_text(os.path.join(arguments.out, REPORT), json.dumps(report, indent=2) + "\n")
     print(_said(report))
     if first_bad is not None:
+        variation, why = first_bad
         path = os.path.join(os.path.abspath(arguments.out), FAILED)
-        write_text(path, varied_scenario(search.content, search.path, first_bad).to_yaml())
-        print("  the first that failed: {}".format(path))
+        write_text(path, varied_scenario(search.content, search.path, variation).to_yaml())
+        print("  the first that failed: {} ({})".format(path, why))
     return SHOWN if shown else NOT_SHOWN
 
 
 def _drawn(search, seed, most, share, confidence, anytime):
-    """Return how many of how many runs were good, in the order drawn, and the first bad variation."""
+    """Return how many of how many runs were good, in the order drawn, and the first bad variation, and why.
+
+    What a run leaves open is not shown to be kept: it counts as bad.
+    """
     random, good, runs, first_bad = np.random.default_rng(seed), 0, 0, None
     while runs < most:
         batch = [_variation(search, random) for _ in range(min(BATCH, most - runs))]
@@ -87,8 +96,9 @@ def _drawn(search, seed, most, share, confidence, anytime):
             if math.isinf(trial.value):
                 raise ScenarioError("a run that was drawn is refused: {}".format(trial.error))
             runs += 1
-            if trial.is_broken:
-                first_bad = first_bad or variation
+            why = _failure(search, trial)
+            if why:
+                first_bad = first_bad or (variation, why)
                 if not anytime:
                     return good, runs, first_bad
                 continue
@@ -96,6 +106,16 @@ def _drawn(search, seed, most, share, confidence, anytime):
             if anytime and log_evidence(good, runs, share) >= -math.log(1.0 - confidence):
                 return good, runs, first_bad
     return good, runs, first_bad
+
+
+def _failure(search, trial):
+    """Return in words why the run of ``trial`` is not shown to keep what it should, "" where it is."""
+    if trial.is_broken:
+        return trial.text
+    left_open = search.left_open(trial)
+    if left_open:
+        return "{} left open".format(", ".join(left_open))
+    return "" if trial.spares else "nothing was judged"
 
 
 def _variation(search, random):

@@ -83,7 +83,7 @@ def opened(arguments, default=None):
     path = os.path.abspath(scenario_path(arguments.scenario))
     content = load_yaml(path)
     scenario = scenario_of_file(content, path)
-    varied = {**content.get("search", {}), **dict(map(_varied, arguments.vary))}
+    varied = {**(content.get("search") or {}), **dict(map(_varied, arguments.vary))}
     unsaid = default is not None and not varied
     if unsaid:
         varied = default(scenario)
@@ -144,6 +144,9 @@ def break_scenario(arguments):
         print("not found: none of {} runs breaks a {}. That is no proof.".format(searched, what))
         if nominal.has_no_margin:
             print("  in the scenario as it stands: {}".format(line_of(nominal.worst)))
+        elif search.left_open(nominal):
+            names = ", ".join(search.left_open(nominal))
+            print("  in the scenario as it stands: {} left open".format(names))
         if search.errors:
             often = max(search.errors, key=search.errors.get)
             refused = sum(search.errors.values())
@@ -195,7 +198,8 @@ def story_of(found, report, out):
         lines.append("  {}: {}".format(key, value))
     for key, holds, breaks in found.thresholds:
         lines.append("  {} holds at {:.5g} and breaks at {:.5g}".format(key, holds, breaks))
-    lines.append("  run it again: mrs-simulator experiment {}".format(os.path.join(out, SCENARIO)))
+    again = "  run it again: mrs-simulator experiment {} --out {}"
+    lines.append(again.format(os.path.join(out, SCENARIO), os.path.join(out, "again")))
     return lines
 
 

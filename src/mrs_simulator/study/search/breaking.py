@@ -72,6 +72,11 @@ class Search:
             raise ScenarioError(trial.error)
         return trial
 
+    def left_open(self, trial):
+        """Return the names of requirements that the run of ``trial`` neither met nor broke."""
+        wanted = self.content.get("requirements") or ()
+        return [name for name in wanted if name not in (trial.spares or {})]
+
     def tried(self, variations, until=None):
         """Return the ``Trial`` of each of ``variations``, in parallel."""
         trials = [self._kept and self._kept.trial(each, until) for each in variations]

@@ -9,6 +9,7 @@ from mrs_simulator.study.run.sweep import value_under
 from mrs_simulator.study.search.stated_noise import NOISE, states_noise
 from mrs_simulator.study.search.trials import LAW
 from mrs_simulator.study.search.whole_steps import grain_of, rounded
+from mrs_simulator.verdict.requirements.results import line_of
 
 POINTS = 8  # of an axis that are tried before what breaks is bisected
 MOST_BISECTIONS = 8  # each halves what is left between two points
@@ -103,7 +104,10 @@ def _axis(content, key, end):
     if nominal is None or math.isnan(nominal):
         text = "{}: wanted a number in the scenario, from which the axis begins"
         raise ScenarioError(text.format(key))
-    return usual._replace(nominal=nominal, end=float(end))
+    if nominal == end:
+        text = "--along {}={:g}: the scenario's own value, wanted another one"
+        raise ScenarioError(text.format(key, end))
+    return usual._replace(nominal=nominal, end=end)
 
 
 def _nominal(content, key, missing):
@@ -128,7 +132,8 @@ class Margins:
     def found(self, together=True):
         """Return a plain mapping: ``nominal``, ``axes``, ``dead`` and, if wanted, ``together``.
 
-        ``nominal``: what each requirement has to spare, by name; ``axes``: for each its ``key``,
+        ``nominal``: what each requirement has to spare, by name; ``open``: those that the scenario as it
+        stands leaves open, of which nothing else is said; ``axes``: for each its ``key``,
         ``unit``, ``nominal``, ``end``, by name in ``breaks`` the pair of the last value that holds and
         the first that breaks, or None, how many values were ``tried``, why others were ``refused``, and
         whether it ``acts``: not where all have the same to spare, to the bit, at each value that was tried;
@@ -142,12 +147,14 @@ class Margins:
             raise ScenarioError(text.format(self._search.path, trial.worst["name"]))
         if not trial.spares:
             text = "{}: nothing is judged; wanted requirements, or a run that is long enough"
-            raise ScenarioError(text.format(self._search.path))
+            why = ": " + line_of(trial.worst) if trial.has_no_margin else ""
+            raise ScenarioError(text.format(self._search.path) + why)
         axes = [
             self._row(axis, *pair) for axis, pair in zip(self._axes, self._scanned(trial.spares))
         ]
         return {
             "nominal": trial.spares,
+            "open": self._search.left_open(trial),
             "failed": self._failed,
             "axes": axes,
             "dead": self._dead(),

@@ -101,6 +101,9 @@ def lines_of(report):
         lines.append(text.format(", ".join(idle)))
     if report["together"]:
         lines.append(_together(report["together"]))
+    if report.get("open"):  # older reports have none
+        text = "not measured, since the scenario as it stands leaves it open: {}"
+        lines.append(text.format(", ".join(report["open"])))
     if report["failed"]:
         lines.append("the law ended some of the runs, for one: {}".format(report["failed"]))
     return [*lines, "{} runs".format(report["runs"])]

@@ -24,7 +24,7 @@ class Trial(NamedTuple):
     broken; infinite for a variation that is no scenario, ``error`` then says why.  ``worst``: the
     requirement of that value, as ``results.evaluated`` has it; ``slope``: by how much the mean of its
     smallest margins is above, scaled like ``value``, or that of all claims; ``spares``: such a value of
-    each by name.
+    each that was judged, by name: not of a requirement that was left open.
     """
 
     value: float
@@ -112,7 +112,7 @@ def of_results(results):
     slope = 0.0
     if worst["grade"] is not None:
         slope = (worst["grade"] - worst["margin"]) / worst["scale"]
-    spares = {each["name"]: _spare(each) for each in results}
+    spares = {each["name"]: _spare(each) for each in results if each["met"] is not None}
     return Trial(_spare(worst), worst, slope=slope, spares=spares)
 
 

@@ -171,6 +171,10 @@ def test_what_is_printed_can_be_stated_as_claims(tmp_path, capsys):
 SAID = {  # what pointMassLaw returns: what must be said of it, and what must not
     "-0.4 * L @ hand + [0.1, 0.0]": ("else ends          each robot at 0.3333 x1 +", ["\n  ends "]),
     "-0.4 * (hand - [1.0, 2.0])": ("from any start at (1, 2), (1, 2), (1, 2)", []),
+    "-0.4 * hand": ("from any start at (0, 0), (0, 0), (0, 0)", []),
+    "hand.mean(axis=0) - hand": ("slowest decay      1 1/s", ["defective"]),
+    "-np.sinh(hand - 1.0)": ("from starts near it at (1, 1), (1, 1), (1, 1)", ["any start"]),
+    "-hand**3": ("linear             no", ["equilibria", "any start", "eigenvalues"]),
     "-np.tanh(L @ hand)": ("x3\n  slowest decay      1 1/s", ["moves for ever", "offset"]),
     "[[1, -2, 1], [2, -3, 1], [1, 0, -1]] @ hand": ("each robot at 1.5 x1 - 1 x2 + 0.5 x3", []),
     "-np.sign(L @ hand)": ("is a gradient      not told", ["gradient      yes"]),

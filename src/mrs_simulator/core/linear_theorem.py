@@ -209,9 +209,12 @@ def linear_theorem(matrix, constant=0.0, exact=True):
 def _is_defective(matrix, vectors):
     """Return whether M has too few eigenvectors, of which ``vectors`` were computed.
 
-    Where eigenvalues are equal, rounding alone may make those nearly parallel, but not in another basis.
+    Where eigenvalues are equal, rounding alone may make those nearly parallel, but not in another basis. A
+    measured M that commutes with its transpose, but for rounding, has all of them whatever was computed.
     """
-    if np.linalg.cond(vectors) <= DEFECTIVE:
+    uneven = np.abs(matrix @ matrix.T - matrix.T @ matrix).max(initial=0.0)
+    normal = uneven <= ROUNDING * np.abs(matrix @ matrix.T).max(initial=0.0)
+    if normal or np.linalg.cond(vectors) <= DEFECTIVE:
         return False
     basis = np.linalg.qr(np.random.default_rng(0).standard_normal(matrix.shape))[0]
     return bool(np.linalg.cond(np.linalg.eig(basis @ matrix @ basis.T)[1]) > DEFECTIVE)

@@ -295,7 +295,8 @@ def _values(values):
 def _ends(facts, n):
     linear = facts.linear
     if not linear.zeros:
-        return "from any start at " + _places(linear.offset.reshape(n, -1))
+        start = "any start" if facts.equilibrium is None else "starts near it"
+        return "from {} at {}".format(start, _places(linear.offset.reshape(n, -1)))
     weights = weights_of(linear.projection, n)
     if weights is None or np.ptp(weights, axis=0).max() > SHOWN:
         return "where the start's share in {} modes that stay puts it".format(linear.zeros)
@@ -308,7 +309,9 @@ def _ends(facts, n):
 
 def _places(points):
     """Return the ``points`` (n, d) [m] in words."""
-    shown = ["({})".format(", ".join(map("{:.4g}".format, each))) for each in points + 0.0]
+    least = SHOWN * max(1.0, np.abs(points).max(initial=0.0))
+    rounded = np.where(np.abs(points) <= least, 0.0, points)
+    shown = ["({})".format(", ".join(map("{:.4g}".format, each))) for each in rounded]
     more = len(shown) - MOST_LISTED
     return ", ".join(shown[:MOST_LISTED]) + (", and {} more".format(more) if more > 0 else "")
 

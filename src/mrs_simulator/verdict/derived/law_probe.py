@@ -25,6 +25,7 @@ SOUGHT = 4  # states at each scale, from which other equilibria are looked for
 FARTHEST = 10.0  # [-] of the extent, beyond which an equilibrium is not reported
 ALIKE = 1e-3  # [-] of the largest eigenvalue, by which those of one equilibrium may differ
 AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
+NEAR = 1e-5  # [-] of the extent, of a last Newton step to it
 CHANCE = "chance"  # what a law's velocities may depend on
 
 
@@ -231,9 +232,10 @@ def _rest(probe, state, first):
     theta = np.zeros((1, probe.n))
     for _ in range(NEWTON):
         velocity = probe.at(state[np.newaxis], theta, fresh=False)[0]
-        if np.abs(velocity).max() <= AT_REST * first:
-            return state
         step = np.linalg.lstsq(jacobian(probe, state), -velocity.ravel(), rcond=1e-6)[0]
+        if np.abs(velocity).max() <= AT_REST * first:
+            # Where velocities rise with a power, as -x^3, they are small before the place is near.
+            return state if np.abs(step).max() <= NEAR * probe.extent else None
         state = state + step.reshape(state.shape)
         if not np.isfinite(state).all():
             break

@@ -1,5 +1,6 @@
 """What the tests of the GUI share: a GUI over a real master, and errors that nobody would see."""
 
+import collections
 import os
 import sys
 import tempfile
@@ -34,6 +35,8 @@ search:
   poses: {within: [-3, -3, 3, 3], apart: 1}
   control.parameters.gain: [0.2, 0.8]
 """
+# Windows that a test has let go: painted once more, they could be collected while they paint.
+HELD = collections.deque(maxlen=8)
 # A GUI of its own process: rospy joins one master only.
 PROGRAM = """
 import json, os, sys, time
@@ -162,6 +165,7 @@ def quiet_study(scenario, processes=None):
         processes.take_ended.return_value, processes.code.return_value = [], None
         processes.output.return_value, processes.is_ending.return_value = "", False
     widget = StudyWidget(connection, processes, scenario)
+    HELD.append(widget)
     widget.study.shelf.home = os.path.join(tempfile.gettempdir(), "no shelf")
     for timer in widget.findChildren(QTimer):
         timer.stop()

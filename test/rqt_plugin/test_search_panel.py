@@ -16,6 +16,7 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 
 from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
+from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.rqt_plugin.search.inputs import (
     read_share,
     suggested,
@@ -230,3 +231,19 @@ def test_cancel_ends_the_search(study):
     assert process.poll() is not None and panel.title.message == "cancelled"
     until(study, lambda: not alive(process.pid))  # nor a worker
     assert not panel.text.isVisible()
+
+
+def test_what_was_found_stands_before_warnings(tmp_path):
+    printed = "experiment: warning: near\nsearch: 3 runs\nfound after 3 runs\n  near: BROKEN\n"
+    text = result_of(BREAK, str(tmp_path), printed).text
+    assert text == "found after 3 runs\n  near: BROKEN\nexperiment: warning: near"
+
+
+def test_a_misspelt_parameter_of_the_law_is_offered_by_its_own_name():
+    with pytest.raises(ScenarioError, match="unknown 'gian'; did you mean 'gain'"):
+        with_search(scenario(), "gian: [0.4, 0.5]", ("gain",))
+
+
+def test_a_pointer_below_a_formula_is_a_mark_within_it():
+    text = "near: 2 s beside a signal in m\n  always(distance < 2 s)\n                    ^"
+    assert reason(ValueError(text)).endswith("always(distance < \u25b82 s)")

@@ -1,5 +1,6 @@
 """What a search of the GUI is given: what may vary, and how much; without Qt."""
 
+import difflib
 import math
 
 import yaml
@@ -64,10 +65,13 @@ def with_search(scenario, text, parameters=()):
 
 def _refuse_unknown(scenario, varied, parameters):
     """Raise ``ScenarioError`` where the key of a ``Range`` is none of the scenario, nor its end a value."""
+    content = scenario.to_dict()
+    own = "." not in varied.key and varied.key not in content
+    if own and difflib.get_close_matches(varied.key, parameters, n=1):
+        raise ScenarioError(unknown_name(WHERE, varied.key, parameters))
     name = varied.key[len(PARAMETERS) :]
     if parameters and varied.key.startswith(PARAMETERS) and name not in parameters:
         raise ScenarioError(unknown_name(WHERE + "." + PARAMETERS[:-1], name, parameters))
-    content = scenario.to_dict()
     value = int(varied.low) if varied.whole else varied.low
     put_key(content, varied.key, varied.choices[0] if varied.choices else value)
     scenario_from_dict(content, WHERE)

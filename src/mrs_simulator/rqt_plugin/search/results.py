@@ -8,7 +8,7 @@ from mrs_simulator.study.results.report import RUN_FILE
 from mrs_simulator.study.search import assure_command, break_command, margins_command
 
 BREAK, ASSURE, MARGINS = "break", "assure", "margins"
-PROGRESS = "search: "
+PROGRESS, WARNING = "search: ", ": warning: "
 
 
 class Result(NamedTuple):
@@ -27,6 +27,7 @@ def result_of(command, out, printed):
     ``out``: its directory; ``printed``: what it has printed.  Raises ``OSError`` and ``ValueError``.
     """
     lines = [line for line in printed.splitlines() if not line.startswith(PROGRESS)]
+    lines.sort(key=lambda line: WARNING in line)  # what was found comes first
     text = "\n".join(lines).strip()
     if command == MARGINS:
         report = read_json(os.path.join(out, margins_command.REPORT))

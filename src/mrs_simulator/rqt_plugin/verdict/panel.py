@@ -198,7 +198,8 @@ def _tip(check):
 
 def _more(verdict):
     """Return further facts of the verdict, a line each."""
-    lines = []
+    # Whose remarks want more room than there is beside the numbers.
+    lines = [line_of(each) for each in verdict.get("requirements", []) if each["met"] is False]
     if verdict["final_gaps"]:
         gaps = ", ".join("{:.4f}".format(gap) for gap in verdict["final_gaps"][:MOST_GAPS])
         more = ", ..." if len(verdict["final_gaps"]) > MOST_GAPS else ""

@@ -33,7 +33,7 @@ class SearchControl(CommandControl):
         super().__init__(panels, study, panels.search, "search")
         self._opened, self._replay, self._files, self._shelf = opened, replay, files, shelf
         self._command, self._most, self._nearest = "", None, ""
-        self.directory, self.result = "", None
+        self.directory, self._given, self.result = "", "", None
         self._goes_to = None  # a run, and the moment [s] to be shown of it
         panel = panels.search
         panel.asked.connect(self._on_asked)
@@ -69,6 +69,7 @@ class SearchControl(CommandControl):
             )
             options = "--out", self.directory, "--jobs", jobs(), *formats
             self._process.start(command, path, *words, *options)
+            self._given = path
         except OSError as error:
             panel.title.say("not started: {}".format(reason(error)), "error")
             return
@@ -123,7 +124,7 @@ class SearchControl(CommandControl):
             return
         if code not in GOOD[self._command]:
             why = last_lines(printed).rpartition("{}: ".format(self._command))[2]
-            panel.title.say("not done: {}".format(why), "error")
+            panel.title.say("not done: {}".format(why.replace(self._given + ": ", "")), "error")
             return
         try:
             found = result_of(self._command, self.directory, printed)

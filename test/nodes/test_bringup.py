@@ -417,6 +417,20 @@ def test_a_run_in_lockstep_has_the_bytes_of_one_without_ros(ros, tmp_path):
     assert reproduce(str(tmp_path / "over")) == 0
 
 
+def test_a_run_is_judged_by_the_top_speed_that_its_control_keeps(ros, tmp_path):
+    """The stage, whose scenario is recorded, knows nothing of it: a whole speed would fail the claims."""
+    given = "--scenario", os.path.join(ROOT, "scenarios", "paper_four.yaml"), "_lockstep:=true"
+    ros.node("stage", *given, "_speed:=0", "_wait_for_recorders:=1", "_wait_for_control:=true")
+    ros.node("pioneer_control", *given, "_v_max:=0.2")
+    record = ros.node("record", *given[:2], "--out", tmp_path, "--duration", 3, "_v_max:=0.2")
+    verdict = ros.judged(record, tmp_path, PATIENCE)
+    recorded = load_scenario(str(tmp_path / "scenario.yaml"))
+    assert recorded.limits.v_max == 0.2
+    assert verdict["outcome"] != "failed" and not failed(verdict), verdict
+    run = read_run_csv(str(tmp_path / "run.csv"), recorded)
+    assert np.abs(run.command[..., 0]).max() == pytest.approx(0.2)
+
+
 def test_a_run_behind_a_preset_is_made_again_by_the_launch_that_reproduce_prints(
     ros, tmp_path, capsys
 ):

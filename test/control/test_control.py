@@ -170,6 +170,15 @@ def test_wrong_shape_of_the_array_route():
         Wrong(range(1, 4)).commands(POSE)
 
 
+def test_complex_velocities_are_none():
+    class Wrong(PioneerControl):
+        def pointMassLaw(self, hand):
+            return 1j * hand
+
+    with pytest.raises(ControlError, match="returned ndarray of complex128, wanted an array"):
+        Wrong(range(1, 4)).commands(POSE)
+
+
 @pytest.mark.parametrize(
     "k, said", [(0.0, "diverges for k <= 0"), (-0.1, "k = -0.1"), (1.0, "overshoots")]
 )

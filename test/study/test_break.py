@@ -436,6 +436,10 @@ def test_one_edit_that_breaks_is_found_and_shrunk_to(path, tmp_path, vary, found
         ({"topology.edges": {"cut": 2}}, "{'cut': 2}, wanted \\[from, to\\] or"),
         ({"posse": {"within": [-3, -3, 3, 3]}}, "search: unknown 'posse'; did you mean 'poses'"),
         ({"poses": {"within": [0, 0, 1, 1], "aprt": 2}}, "did you mean 'apart'"),
+        (
+            {"poses": {"within": [0, 0, 1, 1], "headings": [3, 1]}},
+            "headings: \\[3.0, 1.0\\], wanted",
+        ),
         ([1], "wanted a mapping of ranges by key"),
     ],
 )

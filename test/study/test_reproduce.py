@@ -164,7 +164,9 @@ def test_what_no_run_made_is_refused(run, tmp_path, capsys):
     assert code == 2 and "not among what the run made" in said
     (tmp_path / "empty").mkdir()
     code, said = reproduced(tmp_path / "empty", capsys)
-    assert code == 2 and "provenance.json" in said
+    assert code == 2 and "empty: wanted a run's directory" in said and "provenance.json" in said
+    code, said = reproduced(tmp_path / "gone.png", capsys)
+    assert code == 2 and "gone.png: wanted a run's directory, or one of its files" in said
     (run / "provenance.json").write_text(json.dumps({"command": ""}))
     code, said = reproduced(run, capsys)
     assert code == 2 and "no versions" in said

@@ -156,6 +156,7 @@ def _listed(numbers):
 
 
 def described(value):
-    """Return the type of ``value``, and the length of a sequence, for an error message."""
+    """Return the type of ``value``, the length of a sequence, and an array's, for an error message."""
     count = " of {}".format(len(value)) if isinstance(value, (list, tuple)) else ""
+    count = " of {}".format(value.dtype) if isinstance(value, np.ndarray) else count
     return "{}{}".format(type(value).__name__, count)

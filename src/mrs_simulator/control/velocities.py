@@ -63,6 +63,8 @@ def _numbers(value):
     if value is None:
         return None
     try:
-        return np.asarray(value, dtype=float)
+        found = np.asarray(value)
+        # numpy would drop the imaginary parts with a warning
+        return None if found.dtype.kind == "c" else np.asarray(found, dtype=float)
     except (TypeError, ValueError):
         return None

@@ -41,6 +41,13 @@ def _read_box(section, others):
     return box
 
 
+def _read_headings(section, others):
+    headings = section.field(HEADINGS)
+    if headings[0] > headings[1]:
+        raise unwanted(section.at("headings"), list(headings), "[from, to], the second no smaller")
+    return headings
+
+
 WITHIN = Field(
     "within",
     unit="m",
@@ -49,18 +56,19 @@ WITHIN = Field(
     rule=REQUIRED,
     meaning="`[x_min, y_min, x_max, y_max]` of the box in which robots begin",
 )
+HEADINGS = Field(
+    "headings",
+    (-math.pi, math.pi),
+    "rad",
+    type=NUMBERS,
+    sizes=(2,),
+    rule="any",
+    meaning="`[from, to]` of their headings",
+)
 POSE_RANGE = (
     WITHIN._replace(read=_read_box),
     Field("apart", 0.0, "m", low=0.0, meaning="least distance of two centres"),
-    Field(
-        "headings",
-        (-math.pi, math.pi),
-        "rad",
-        type=NUMBERS,
-        sizes=(2,),
-        rule="any",
-        meaning="`[from, to]` of their headings",
-    ),
+    HEADINGS._replace(read=_read_headings),
 )
 EDGE_RANGE = (
     Field(

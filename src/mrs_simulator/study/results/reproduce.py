@@ -93,6 +93,9 @@ def reproduce(path, style=""):
     out, name = path, ""
     if not os.path.isdir(out):
         out, name = os.path.split(os.path.abspath(out))
+    if not os.path.exists(os.path.join(out, PROVENANCE_FILE)):
+        text = "{}: wanted a run's directory, or one of its files, with the {} that says how it was made"
+        raise ValueError(text.format(path, PROVENANCE_FILE))
     made = read_provenance(out)
     outputs = made["outputs"]
     if name:

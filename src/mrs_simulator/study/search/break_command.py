@@ -8,6 +8,7 @@ import re
 import sys
 from importlib.util import find_spec
 
+from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import Limited, printing, write_text
 from mrs_simulator.scenario.reading import load_yaml, parse_yaml
@@ -90,7 +91,8 @@ def opened(arguments, default=None):
         tell("the scenario has no search; this varies: {}".format(", ".join(varied)))
     found = search_from(varied, path + ": search")
     check_keys(least_values(found), content, path, "search")
-    space = Space(found, scenario.n, scenario.topology)
+    with explained_by("docs/search.md"):
+        space = Space(found, scenario.n, scenario.topology)
     known = search_of(content, path, found, seed=arguments.seed, within=unsaid)
     options = arguments.jobs, arguments.scheduler, tell, unsaid
     return Search(content, path, space, *options, KeptRuns(arguments.out, known, tell))

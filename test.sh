@@ -39,8 +39,8 @@ python_38() {
 private_ros
 # Where all is new, once: else each worker compiles all tests, and what they import, at the same time.
 python3 -m pytest --collect-only -qq "$@" >build/collected.log 2>&1
-# Tests with processes wait two thirds of their time: three workers a core keep the cores busy.
-check "tests" python3 -m pytest -n "$((3 * $(nproc)))" --dist worksteal "$@"
+# Tests with processes wait half of their time; with more workers, those of robots in real time come late.
+check "tests" python3 -m pytest -n "$((2 * $(nproc)))" --dist worksteal "$@"
 check "Python 3.8" python_38
 
 [ ${#failed[@]} = 0 ] && echo "all passed" && exit 0

@@ -125,10 +125,9 @@ def _is_named(protocol, name):
         return protocol is shipped(name)
     if name.rpartition(":")[2] == protocol.__name__:
         return True
+    # The only one of a file needs no name of its own.
     own, _, _ = _name_of(protocol).rpartition(":")
-    return os.path.basename(name) == os.path.basename(
-        own
-    )  # a file's only one has no name of its own
+    return os.path.basename(name) == os.path.basename(own)
 
 
 def _with_hand_length(scenario, protocol):

@@ -131,9 +131,8 @@ class RunRow(QStyledItemDelegate):
     def _paint_texts(self, painter, first, entry, difference, colour, chosen):
         """Paint name and verdict in the line ``first``, and the others below."""
         word, kind = WORDS[entry.outcome]
-        if entry.path.endswith(
-            BAG
-        ):  # its verdict, made when it is opened, is in no file of its own
+        # Its verdict, made when it is opened, is in no file of its own.
+        if entry.path.endswith(BAG):
             word = "bag"
         if entry.sweep is not None:
             word = "{} of {} passed".format(entry.sweep.passed, entry.sweep.runs)

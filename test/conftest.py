@@ -17,8 +17,8 @@ from gui_fixtures import app, forked_programs, gui, no_hidden_errors, no_predict
 from old_rospy import rospy_fails_by_itself, stand_aside
 from ros_fixtures import ros  # noqa: F401
 
-# A test with one of these starts a ROS master or a GUI's process.
-PROCESSES = {"ros", "gui"}
+# A test with one of these fixtures starts a ROS master or a GUI's process.
+PROCESSES = {"ros", "gui", "hosts"}
 HERE = os.path.dirname(os.path.abspath(__file__))
 FOLDERS = sorted(
     {
@@ -53,9 +53,12 @@ def interruptible():
 
 
 def pytest_addoption(parser):
-    """Add ``--all``, ``--fast``, ``--room`` and ``--list-slow``."""
+    """Add ``--all``, ``--fast``, ``--processes``, ``--room`` and ``--list-slow``."""
     parser.addoption("--all", action="store_true", help="also what is run before a release")
     parser.addoption("--fast", action="store_true", help="only quick tests that start no ROS")
+    parser.addoption(
+        "--processes", choices=("only", "without"), help="only tests that start ROS, or all others"
+    )
     parser.addoption("--room", choices=FOLDERS, help="only the tests in this folder")
     parser.addoption(
         "--list-slow", metavar="FILE", help="append the functions of slow tests to FILE"
@@ -86,15 +89,18 @@ def pytest_collection():
 
 
 def pytest_collection_modifyitems(config, items):
-    """Keep the tests that ``--all``, ``--fast`` and ``--room`` ask for."""
-    fast, room = config.getoption("--fast"), config.getoption("--room")
-    everything = config.getoption("--all")
+    """Keep the tests that ``--all``, ``--fast``, ``--processes`` and ``--room`` ask for."""
+    options = "--all", "--fast", "--processes", "--room"
+    everything, fast, processes, room = map(config.getoption, options)
     with open(SLOW_LIST, encoding="utf-8") as file:
         slow = {line.strip() for line in file}
     kept, left = [], []
     for item in items:
-        long = PROCESSES.intersection(item.fixturenames) or _function(item) in slow
-        wanted = not (fast and long) and (not room or _folder(item) == room)
+        starts = bool(PROCESSES.intersection(item.fixturenames))
+        starts = starts or item.get_closest_marker("processes") is not None
+        wanted = not (fast and (starts or _function(item) in slow))
+        wanted = wanted and (processes is None or starts == (processes == "only"))
+        wanted = wanted and (not room or _folder(item) == room)
         wanted = wanted and (everything or item.get_closest_marker("release") is None)
         (kept if wanted else left).append(item)
     if left:

@@ -8,6 +8,7 @@ import pytest
 import table
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("row", [row for row in table.ROWS if row.quick], ids=lambda row: row.name)
 def test_robots_bear_the_fault(row):
     assert bench.run(row) == ""

@@ -118,6 +118,7 @@ def check_size(path, scenario, log):
     assert records <= path.stat().st_size < 1.1 * records + 8000 * len(lengths)
 
 
+@pytest.mark.processes
 def test_a_run_that_the_gui_saves_has_the_estimates_of_a_run_without_ros(scenario, tmp_path):
     wanted = load_scenario(str(scenario))
     run_experiment(wanted, str(tmp_path / "alone"), formats=())

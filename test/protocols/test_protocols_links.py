@@ -613,6 +613,7 @@ def test_the_seed_makes_the_losses():
     assert np.any(tracks[0] != tracks[2])
 
 
+@pytest.mark.processes
 def test_ros_in_lockstep_loses_the_same_messages(tmp_path):
     recorded = over_ros(shipped("formation_lossy", duration=4.0), tmp_path)
     headless = track_of(shipped("formation_lossy", duration=4.0))

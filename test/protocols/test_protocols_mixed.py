@@ -80,6 +80,7 @@ def test_a_protocol_of_each_family_runs_on_three_kinds(name, tmp_path):
     np.testing.assert_array_equal(found.hand[:, bases], found.pose[:, bases, :2])
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("way", [over_ros, in_gui])
 def test_a_protocol_on_three_kinds_goes_where_it_does_without_ros(way, tmp_path):
     scenario = mixed("formation", duration=5.0)

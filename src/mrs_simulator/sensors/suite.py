@@ -40,7 +40,8 @@ class Suite:
         ]
         self._active, self._looking_back = [], []
         self._running = [fitted for fitted in self._fitted if fitted.always_read]
-        self._begun, self._returned = 0, None
+        self._begun = 0
+        self._forget()
 
     @classmethod
     def of_scenario(cls, scenario, team, obstacles=None, picture=None):
@@ -70,7 +71,7 @@ class Suite:
             )
         self._active = [fitted for fitted in self._fitted if fitted.is_active]
         self._running = [f for f in self._fitted if f.is_active or f.always_read]
-        self._returned = None
+        self._forget()
         self._looking_back = [fitted for fitted in self._active if fitted.looks_back]
         if self._active and self._scenery is None:
             self._scenery = Scenery(self._team, self._obstacles, self._picture)
@@ -90,6 +91,12 @@ class Suite:
                     fitted.begin()
                 if fitted.newest is None or not fitted.always_read:
                     fitted.take(step - self._begun, state(), self._scenery)
+        self._is_settled = False
+
+    def _forget(self):
+        """Forget which readings were returned."""
+        self._returned = None  # readings of the sensors, and what is made of them
+        self._is_settled = False  # whether these stay the newest until a sensor is read
 
     @property
     def active(self):
@@ -98,7 +105,8 @@ class Suite:
 
     def begin(self, step=0):
         """Begin a run at the world's ``step``, from which samples are counted, without any readings."""
-        self._begun, self._returned = step, None
+        self._begun = step
+        self._forget()
         for fitted in self._fitted:
             fitted.begin()
 
@@ -107,7 +115,7 @@ class Suite:
         elapsed = step - self._begun
         due = [fitted for fitted in self._running if elapsed % fitted.steps == 0]
         if due:
-            now = state()
+            now, self._is_settled = state(), False
             for fitted in due:
                 fitted.take(elapsed, now, self._scenery)
         for fitted in self._looking_back:
@@ -127,6 +135,8 @@ class Suite:
 
         A name is absent before its first reading.  Without new readings the same mapping is returned.
         """
+        if self._is_settled:
+            return self._returned[1]
         known = [fitted.known(time) for fitted in self._active]
         if self._returned is None or any(a is not b for a, b in zip(known, self._returned[0])):
             result = {row: {} for row in range(self._team.n)}
@@ -136,6 +146,7 @@ class Suite:
                     for row, own in zip(rows, of_robots(reading, len(rows))):
                         result[row][name] = own
             self._returned = known, result
+        self._is_settled = not any(fitted.is_waiting for fitted in self._active)
         return self._returned[1]
 
     @property
@@ -188,6 +199,11 @@ class _SensorGroup:
         if not self.is_active:
             self._pending.clear()  # always read, but nothing collects the readings
         self._pending.append(self.newest)
+
+    @property
+    def is_waiting(self):
+        """Return whether there are readings whose latency was not over when :meth:`known` was called."""
+        return bool(self._pending)
 
     def known(self, time):
         """Return the newest reading whose latency is over at ``time`` [s], or None."""

@@ -268,7 +268,7 @@ class CommandedSteps:
             self._wanted[:] = wanted.T
         tried = -1
         while True:
-            self._points = np.empty_like(self._wanted)  # a law may keep it
+            self._points = np.empty(self._wanted.shape)  # a law may keep it
             velocity, now = (self._wanted, *self._given, self._points), self.now
             state = (
                 self._counts,
@@ -296,12 +296,11 @@ class CommandedSteps:
 
     def sensed(self):
         """Return the ``State`` that sensors read, as ``World.sensed`` does, where robots have come to."""
-        here, hits = self._counts[[STATE, TOUCHES]].tolist()
-        pose = self._poses[here].T.copy("F")
-        twist = np.zeros_like(pose)
-        twist[:, 0], twist[:, 2] = self._inners[here]
+        here, hits = int(self._counts[STATE]), int(self._counts[TOUCHES])
+        pose, twist = self._poses[here].T.copy("F"), np.zeros((3, self._world.n))
+        twist[::2] = self._inners[here]
         travel = tuple(self._world.motion.wheel_travel)
-        return State(self.time, pose, twist, travel, tuple(self._bodies.touches(hits)))
+        return State(self.time, pose, twist.T, travel, tuple(self._bodies.touches(hits)))
 
     @property
     def pose(self):

@@ -364,6 +364,6 @@ if __name__ == "__main__":
     else:
         load(LOADED)
         # Also of programs that are not the package's: a core busy while each ends.
-        sys.modules["mrs_simulator.ros.node.lifecycle"].end_servers_with_sockets()
+        sys.modules["mrs_simulator.ros.node.lifecycle"].hasten_rospy()
     sys.modules["mrs_simulator.vehicles.registry"].shipped_kind("pioneer3dx")  # most tests' robots
     fork_for(socket.socket(fileno=int(sys.argv[1])))

@@ -16,7 +16,7 @@ import time
 import xmlrpc.client
 
 import pytest
-from forked import forker
+from forked import Forked, forker
 
 PATIENCE = 60.0  # [s] with a machine that has much else to do
 STOP_LIMIT = 30.0  # [s], likewise
@@ -261,8 +261,14 @@ class Ros:
                 process.wait(STOP_LIMIT)
 
     def close(self):
-        """End everything, the master last, which has nothing to keep."""
-        self._stop_all([process for process in self.processes if process is not self.master])
+        """End everything, the master last; forks have nothing to keep, and what they started ends too."""
+        others = [process for process in self.processes if process is not self.master]
+        forked = [process for process in others if isinstance(process, Forked)]
+        for process in forked:
+            process.kill()
+        for process in forked:
+            process.wait(STOP_LIMIT)
+        self._stop_all(others)
         self.master.kill()
         self.master.wait(STOP_LIMIT)
 

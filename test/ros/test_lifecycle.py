@@ -3,14 +3,17 @@
 import gc
 import socket
 import threading
+import time
 import weakref
 
 import pytest
 import rosgraph.xmlrpc
+import rospy.impl.init
 from ros_fixtures import PATIENCE, wait_until
+from rospy.impl.masterslave import ROSHandler
 
 from mrs_simulator.core.garbage import spare_garbage_collection
-from mrs_simulator.ros.node.lifecycle import Doorkeeper, end_servers_with_sockets
+from mrs_simulator.ros.node.lifecycle import Doorkeeper, hasten_rospy
 
 
 class Ring:
@@ -36,9 +39,16 @@ def test_what_is_there_is_spared_until_it_is_looked_through_anew():
         gc.unfreeze()
 
 
-def test_a_server_ends_when_its_node_shuts_down(monkeypatch):
+@pytest.fixture
+def hastened(monkeypatch):
+    """``hasten_rospy``, until the test ends."""
     monkeypatch.setattr(rosgraph.xmlrpc.ThreadingXMLRPCServer, "service_actions", None)
-    end_servers_with_sockets()
+    monkeypatch.setattr(ROSHandler, "_shutdown", None)
+    monkeypatch.setattr(rospy.impl.init, "time", None)
+    hasten_rospy()
+
+
+def test_a_server_ends_when_its_node_shuts_down(hastened):
     node = rosgraph.xmlrpc.XmlRpcNode()
     serving = threading.Thread(target=node.run, daemon=True)
     serving.start()
@@ -46,6 +56,31 @@ def test_a_server_ends_when_its_node_shuts_down(monkeypatch):
     node.shutdown("test")
     serving.join(PATIENCE)
     assert not serving.is_alive()
+
+
+class Patient(threading.Condition):
+    """One that waits until it is told, however short a wait is asked for."""
+
+    def wait(self, _timeout=None):
+        self.waits = True
+        return super().wait()
+
+
+def test_who_connects_topics_ends_when_its_node_shuts_down(hastened):
+    handler = ROSHandler("/test", "")
+    handler.reg_man.cond = connecting = Patient()
+    running = threading.Thread(target=handler.reg_man.run, daemon=True)
+    running.start()
+    wait_until(lambda: hasattr(connecting, "waits"))
+    handler._shutdown("test")
+    running.join(PATIENCE)
+    assert not running.is_alive()
+
+
+def test_a_node_looks_often_whether_it_is_registered(hastened):
+    begun = time.monotonic()
+    rospy.impl.init.time.sleep(PATIENCE)
+    assert time.monotonic() - begun < 0.5 * PATIENCE
 
 
 def test_peers_without_a_header_keep_none_out():

@@ -13,7 +13,7 @@ import rospy
 from mrs_simulator.core.doc_links import with_page
 from mrs_simulator.ros.node.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.ros.node.diagnostics import OK, Diagnostics, Health
-from mrs_simulator.ros.node.lifecycle import end_servers_with_sockets
+from mrs_simulator.ros.node.lifecycle import hasten_rospy
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.controller_parameters import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
@@ -69,7 +69,7 @@ def main():
     master = None if rosgraph.is_master_online() else _start_master()
     try:
         scenario = scenario_from(arguments)
-        end_servers_with_sockets()
+        hasten_rospy()
         rospy.init_node("mrs_gui", anonymous=True, disable_signals=True)
         Diagnostics(lambda: [Health("", OK, "open", {})])
         processes = Processes()

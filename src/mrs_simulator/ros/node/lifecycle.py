@@ -7,10 +7,13 @@ import signal
 import socket
 import threading
 import time
+import types
 
 import rosgraph.xmlrpc
 import rospy
+import rospy.impl.init
 import rospy.impl.tcpros_base
+from rospy.impl.masterslave import ROSHandler
 
 from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.core.program import PARENT
@@ -23,6 +26,8 @@ HEADER = 10.0  # [s] of wall time in which a peer that connects has to send its 
 MOST_PEERS = 100  # [-] that may be about to; with more, the one that connected first is closed
 NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+NAP = 0.005  # [s] of wall time between two looks whether the node is registered
+LEAVE = ROSHandler._shutdown  # rospy's
 
 
 def start_node(name, parameters=(), foreign=False):
@@ -36,7 +41,7 @@ def start_node(name, parameters=(), foreign=False):
     notifies the main loop.
     """
     refuse_unknown(parameters, foreign)
-    end_servers_with_sockets()
+    hasten_rospy()
     rospy.init_node(name, disable_signals=True)
     _meet_peers_apart()
     warn_of_unknown(parameters)
@@ -52,13 +57,24 @@ def start_node(name, parameters=(), foreign=False):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
 
 
-def end_servers_with_sockets():
-    """Let the XML-RPC servers of rospy's nodes end when their sockets close.
+def hasten_rospy():
+    """Let rospy's nodes begin as soon as they are registered, and end as soon as they are to.
 
-    rospy closes the socket and does not end the loop over it: that would poll a closed socket, a core busy,
-    from the beginning of the shutdown until the process has ended.
+    rospy looks every tenth of a second whether a node is registered.  It tells the thread that connects
+    topics to look whether it is to end before it is to, and waits for its next look, half a second later.
+    And it closes the socket of the XML-RPC server, and does not end the loop over it: that would poll a
+    closed socket, a core busy, from the beginning of the shutdown until the process has ended.
     """
+    rospy.impl.init.time = types.SimpleNamespace(sleep=lambda wait: time.sleep(min(wait, NAP)))
+    ROSHandler._shutdown = _leave_and_tell
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _refuse_closed_socket
+
+
+def _leave_and_tell(handler, reason=""):
+    left, connecting = LEAVE(handler, reason), handler.reg_man.cond
+    with connecting:
+        connecting.notify_all()
+    return left
 
 
 def _refuse_closed_socket(server):

@@ -33,12 +33,12 @@ def test_a_boat_that_runs_aground_is_reported_and_comes_off_again(fidelity):
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 def test_others_stand_on_land_and_fly_over_it(fidelity):
     kinds = ("pioneer3dx", "crazyflie2", "heron")
-    poses = [[6.0, 1.0, 0.0], [4.5, -1.0, 0.0], [0.0, 0.0, 0.0]]
+    poses = [[6.5, 1.0, 0.0], [4.8, -1.0, 0.0], [0.0, 0.0, 0.0]]
     world = World(kinds, poses, obstacles=[LAND], fidelity=fidelity, z=[0.0, 0.0, 0.0])
     command = np.zeros((3, len(world.team.axes)))
     command[:2, world.team.axes.index("linear.x")] = 0.5
     command[1, world.team.axes.index("linear.z")] = 0.1
-    for _ in range(150):
+    for _ in range(110):
         world.set_commands(EVERY, command)
         world.step()
     assert world.pose[0, 0] > 7.0 and world.pose[1, 0] > 5.5
@@ -53,7 +53,7 @@ def test_wheels_that_leave_the_land_are_reported_and_stand_still(name, fidelity)
     world = World((name, "pioneer3dx"), poses, obstacles=[LAND], fidelity=fidelity)
     command = np.zeros((2, len(world.team.axes)))
     command[:, 0] = 0.5
-    for _ in range(160):
+    for _ in range(150):
         world.set_commands(EVERY, command)
         world.step()
     assert [each[1:3] for each in world.faults.take()] == [("robot1", "in_water")]

@@ -169,7 +169,7 @@ def drive_about(limits):
     post = [Cylinder("post", 3.0, 3.25, 0.15, 0.5), Box("crate", 5.4, 0.65, 0.3, 0.3, 0.2, 0.5)]
     world = World(("pioneer3dx",) * 30, poses, obstacles=post, limits=limits)
     draw, track, collisions = np.random.default_rng(3), [], []
-    for step in range(400):
+    for step in range(250):
         if step % 40 == 0:
             world.set_commands(EVERY, draw.uniform(-0.6, 0.6, (30, 2)))
         world.step()
@@ -191,7 +191,7 @@ def test_bodies_that_cannot_have_met_need_no_look(limits, monkeypatch):
     each_step = drive_about(limits)
     np.testing.assert_array_equal(track, each_step[0])
     assert (collisions, closest) == each_step[1:] and len(collisions) > 5
-    assert seldom < len(looks) - seldom == 400
+    assert seldom < len(looks) - seldom == 250
 
 
 LOOPS = {

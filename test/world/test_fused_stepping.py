@@ -217,7 +217,7 @@ def test_fused_steps_of_points_lead_to_where_steps_lead(name, compiled):
 
 @pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
 def test_steps_of_points_are_fused_whatever_the_rates(rates, compiled):
-    control, run = {"rate": rates[0]}, {"record_rate": rates[1], "duration": 1.9}
+    control, run = {"rate": rates[0]}, {"record_rate": rates[1], "duration": 0.9}
     assert (
         compare(compiled, scenario(fidelity="point_mass", control=control, **run), Gather)[1] == 0
     )
@@ -259,7 +259,7 @@ def test_bases_that_turn_go_step_by_step():
 def test_steps_of_a_users_law_are_fused_whatever_the_rates(saturation, rates, compiled):
     control = {"rate": rates[0], "saturation": saturation}
     limits = "firmware" if saturation == "robot" else "top"
-    given = scenario(control=control, record_rate=rates[1], duration=1.9, limits=limits)
+    given = scenario(control=control, record_rate=rates[1], duration=0.9, limits=limits)
     steps, own = compare(compiled, given, Gather)
     assert own < steps
 
@@ -303,9 +303,9 @@ def aloft(**changes):
 def test_fused_steps_of_quadrotors_lead_to_where_steps_lead(saturation, rates, compiled):
     control = {"rate": rates[0], "saturation": saturation}
     wind = {"wind": {"velocity": [1.0, -0.5]}}
-    given = aloft(control=control, record_rate=rates[1], environment=wind)
+    given = aloft(control=control, record_rate=rates[1], environment=wind, duration=0.7)
     steps, own = compare(compiled, given, Gather)
-    assert steps == 75 and own == 0
+    assert steps == 35 and own == 0
 
 
 def test_steps_of_quadrotors_in_space_are_fused(compiled):
@@ -368,7 +368,7 @@ def test_quadrotors_out_of_the_ordinary_go_step_by_step(changes):
 @pytest.mark.parametrize("rates", [(50, 10), (12.5, 50), (12.5, 5)])
 def test_steps_of_wheels_with_forces_are_fused_whatever_the_rates(limits, rates, compiled):
     control = {"rate": rates[0], "saturation": "team" if limits == "top" else "robot"}
-    given = scenario(control=control, record_rate=rates[1], duration=1.9, limits=limits, **ROLLING)
+    given = scenario(control=control, record_rate=rates[1], duration=0.9, limits=limits, **ROLLING)
     assert compare(compiled, given, Gather)[1] == 0
 
 
@@ -621,11 +621,11 @@ NEAR_TO = {"type": "cylinder", "center": [2.4, 0.8], "radius": 0.2}
 TEAMS = {
     "apart": {},
     "touching": {"poses": {"layout": "circle", "radius": 0.6}},
-    "at an obstacle": {"obstacles": [NEAR_TO]},
+    "at an obstacle": {"obstacles": [NEAR_TO], "duration": 5.0},
     "bases": {"model": "robotino3"},
     "points": {"fidelity": "point_mass"},
-    "rates": {"control": {"rate": 12.5}, "record_rate": 5, "duration": 5.9},
-    "wheels": dict(ROLLING, control={"rate": 12.5}, record_rate=5, duration=2.9),
+    "rates": {"control": {"rate": 12.5}, "record_rate": 5, "duration": 2.9},
+    "wheels": dict(ROLLING, control={"rate": 12.5}, record_rate=5, duration=1.5),
     "wheels touching": dict(
         ROLLING, poses=[[0, 0, 0.3], [3, 0.1, 2.9]], robots=2, limits="top", duration=3.0
     ),
@@ -634,7 +634,7 @@ TEAMS = {
         "model": "crazyflie2",
         "fidelity": "dynamic",
         "altitude": 2.0,
-        "duration": 1.5,
+        "duration": 0.8,
     },
 }
 
@@ -643,8 +643,8 @@ TEAMS = {
 def test_how_many_samples_a_call_makes_changes_no_bit(team, compiled):
     compiled()
     told = []
-    for most in (1, 31):
-        experiment = Experiment(scenario(**TEAMS[team]), Gather)
+    for most in (1, 6):
+        experiment = Experiment(scenario(**{"duration": 3.0, **TEAMS[team]}), Gather)
         experiment.begin()
         blocks = list(zip(*experiment._fused_steps(most)))
         told.append([np.concatenate(each) for each in blocks] + [experiment.collisions])
@@ -658,10 +658,11 @@ def test_how_many_samples_a_call_makes_changes_no_bit(team, compiled):
 @pytest.mark.parametrize("law", [Gather, Raising, Breaking])
 def test_a_file_of_blocks_is_that_of_samples(law, compiled, tmp_path):
     compiled()
-    given, said = scenario(poses=[[0.2, 2.0 * k, 0.1] for k in range(5)]), []
+    poses = [[0.2, 2.0 * k, 0.1] for k in range(5)]
+    given, said = scenario(poses=poses, duration=3.0), []
     for path in (tmp_path / "blocks.csv", tmp_path / "samples.csv"):
         experiment = Experiment(given, law)
-        with Recorder(path, experiment.control.numbers, layout=experiment.layout, kept=61) as file:
+        with Recorder(path, experiment.control.numbers, layout=experiment.layout, kept=31) as file:
             try:
                 if path.stem == "blocks":
                     assert max(experiment.record(file)) > 10

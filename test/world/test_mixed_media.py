@@ -18,12 +18,12 @@ AHEAD = {"linear.x": 0.3, "linear.y": 0.1, "linear.z": 0.2, "angular.z": 0.2}
 
 
 def driven(rows, **options):
-    """Return the world of the robots ``rows`` of the team after 2 s under one command."""
+    """Return the world of the robots ``rows`` of the team after 1.2 s under one command."""
     world = World(
         [KINDS[row] for row in rows], POSES[rows], fidelity="dynamic", z=HEIGHTS[rows],
         environment=WEATHER, cmd_vel_timeout=9.0, odometry_kind="wheel", **options,
     )  # fmt: skip
-    drive(world, 100)
+    drive(world, 60)
     return world
 
 
@@ -61,7 +61,7 @@ def test_it_begins_anew():
     first = world.pose.copy(), world.z.copy(), world.estimates.pose().copy()
     world.reset()
     np.testing.assert_array_equal(world.pose[:, :2], POSES[:3, :2])
-    drive(world, 100)
+    drive(world, 60)
     for value, again in zip(first, (world.pose, world.z, world.estimates.pose())):
         np.testing.assert_allclose(again, value, atol=1e-3)  # the solver remembers its contacts
     world.close()
@@ -74,13 +74,13 @@ def test_those_on_wheels_are_firm_to_others():
                   z=[0.0, 0.0, 0.05, 0.0])  # fmt: skip
     command = np.zeros((4, len(world.team.axes)))
     command[[0, 2], world.team.axes.index("linear.x")] = [0.8, 0.5]
-    for _ in range(200):
+    for _ in range(160):
         world.set_commands(EVERY, command)
         world.step()
     told = {(each.first, each.second) for each in world.contacts.take()}
     assert told == {("robot1", "robot2"), ("robot3", "robot4")}
     alone = World(("pioneer3dx", "robotino3"), [poses[1], poses[3]], fidelity="dynamic")
-    for _ in range(200):
+    for _ in range(160):
         alone.step()
     np.testing.assert_array_equal(world.pose[[1, 3]], alone.pose)
     alone.close()
@@ -149,7 +149,7 @@ def test_what_is_late_for_ever_is_judged_once_that_costs_nothing(tmp_path):
             },
         },
         "topology": {"edges": [[1, 2]], "directed": False},
-        "duration": 50.0,
+        "duration": 30.0,
     }
     verdict = verdict_of(scenario_from_dict(content), tmp_path)
     assert check(verdict, "steady displacement error [m]")["passed"]

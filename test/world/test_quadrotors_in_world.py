@@ -17,18 +17,19 @@ def flown(world, command, duration):
 
 
 @BOTH
-@pytest.mark.parametrize("name", ["crazyflie2", "ardrone2"])
-def test_it_takes_off_flies_and_lands(fidelity, name):
-    world = World((name,), [[0.0, 0.0, 0.5 * np.pi]], fidelity=fidelity)
-    flown(world, [[0.5, 0.0, 0.0, 0.0]], 1.0)
-    np.testing.assert_allclose(world.pose, [[0.0, 0.0, 0.5 * np.pi]])  # it stands
-    flown(world, [[0.0, 0.0, 0.5, 0.0]], 3.0)
-    assert world.spatial.z[0] == pytest.approx(1.5, abs=0.3)
-    flown(world, [[0.5, 0.0, 0.0, 0.0]], 4.0)
-    assert world.pose[0, 1] == pytest.approx(2.0, abs=0.4)
-    flown(world, [[0.0, 0.0, -0.5, 0.0]], 5.0)
-    assert world.spatial.z[0] == 0.0
-    flown(world, [[0.5, 0.0, 0.0, 0.0]], 1.0)
+def test_each_takes_off_flies_and_lands(fidelity):
+    poses = [[0.0, 0.0, 0.5 * np.pi], [5.0, 0.0, 0.5 * np.pi]]
+    world = World(("crazyflie2", "ardrone2"), poses, fidelity=fidelity)
+    ahead, up, down = ([[v, 0.0, w, 0.0]] * 2 for v, w in ((0.5, 0.0), (0.0, 0.5), (0.0, -0.5)))
+    flown(world, ahead, 0.5)
+    np.testing.assert_allclose(world.pose, poses)  # they stand
+    flown(world, up, 2.0)
+    np.testing.assert_allclose(world.spatial.z, 1.0, atol=0.3)
+    flown(world, ahead, 3.0)
+    np.testing.assert_allclose(world.pose[:, 1], 1.5, atol=0.4)
+    flown(world, down, 3.5)
+    assert not world.spatial.z.any()
+    flown(world, ahead, 0.5)
     assert np.abs(world.twist).max() < 0.01
 
 

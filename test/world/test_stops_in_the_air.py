@@ -89,7 +89,7 @@ def swapping(safety, **more):
         "altitude": [1.6, 1.6, 0.4, 2.8],
         "control": {"protocol": "consensus", "dimension": 3, "rate": 20, "safety": safety},
         "topology": {"preset": "complete"},
-        "duration": 5.0,
+        "duration": 3.5,
         "step": 0.05,
     }
     content["control"]["parameters"] = {"gain": 0.2}

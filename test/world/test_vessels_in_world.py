@@ -50,25 +50,24 @@ def test_a_boat_at_rest_in_the_water_goes_with_it(fidelity):
 
 
 @pytest.mark.parametrize("fidelity", AFLOAT)
-@pytest.mark.parametrize("name", ["heron", "otter", "wamv"])
-def test_keeping_station_in_proportion_leaves_an_offset(fidelity, name):
+def test_keeping_station_in_proportion_leaves_an_offset(fidelity):
     """``u = -k p`` of the point rests V/k downstream: 0.2/0.25 = 0.8 m."""
     environment = Environment(current=(0.2, 0.0))
-    world = World(
-        (name,), [[-8.0, 1.0, 3.0]], fidelity=fidelity, environment=environment, limits="firmware"
-    )
-    team = Team((name,))
+    kinds = "heron", "otter", "wamv"
+    poses = [[-8.0, 20.0 * row + 1.0, 3.0] for row in range(len(kinds))]
+    world = World(kinds, poses, fidelity=fidelity, environment=environment, limits="firmware")
+    team, stations = Team(kinds), [[0.0, 20.0 * row] for row in range(len(kinds))]
     for _ in range(3000):
-        point = team.point(world.pose, world.joints, 0.05)
-        u = -0.25 * point
+        u = -0.25 * (team.point(world.pose, world.joints, 0.05) - stations)
         world.set_commands(EVERY, team.command(u, world.pose, world.joints, 0.05, 0.02))
         world.step()
-    point = team.point(world.pose, world.joints, 0.05)
+    off = team.point(world.pose, world.joints, 0.05) - stations
     # The speed's controller has an integral, which the Heron's waits long for.
-    np.testing.assert_allclose(point, [[0.8, 0.0]], atol=0.03 if fidelity == "dynamic" else 5e-3)
+    wanted = np.tile([0.8, 0.0], (len(kinds), 1))
+    np.testing.assert_allclose(off, wanted, atol=0.03 if fidelity == "dynamic" else 5e-3)
     if fidelity != "point_mass":
         # With the bow upstream.
-        assert abs(np.cos(world.pose[0, 2]) + 1.0) < 1e-3
+        assert (np.abs(np.cos(world.pose[:, 2]) + 1.0) < 1e-3).all()
 
 
 def test_weather_is_the_seeds():

@@ -378,17 +378,18 @@ class Coverage(PioneerControl):
         def weight(x, y):
             away = (x - self.centre_x) ** 2 + (y - self.centre_y) ** 2
             density = np.exp(-0.5 * away / self.width**2) if self.density == "gaussian" else 1.0
-            return density * self._is_inside(complex(x, y))
+            return density * self._are_inside(x + 1.0j * y)
 
         return published.Coverage(self.gain, self.side, self.samples, weight)
 
-    def _is_inside(self, place):
-        """Return whether the polygon's corners go round ``place``, complex [m], by the angles they turn."""
+    def _are_inside(self, places):
+        """Return whether the polygon's corners go round ``places`` (m,), complex [m], by the angles they
+        turn."""
         if not self.polygon:
-            return True
-        corners = read_waypoints(self.polygon) @ [1.0, 1.0j] - place
-        turned = phase_of(np.roll(corners, -1) / corners).sum()
-        return bool(abs(turned) > np.pi)
+            return np.ones(len(places), dtype=bool)
+        corners = read_waypoints(self.polygon) @ [1.0, 1.0j] - places[:, np.newaxis]
+        turned = phase_of(np.roll(corners, -1, axis=1) / corners).sum(axis=1)
+        return np.abs(turned) > np.pi
 
     def set_parameters(self, given):
         """Set the parameters and lay out the grid."""

@@ -43,10 +43,10 @@ class Coverage(Published):
     """``u_i = gain (C_i - p_i)``, C_i the centroid of i's Voronoi cell: Cortes and others, 2004."""
 
     def __init__(self, gain, side, count, weight):
-        """``weight`` of a place (x, y) [m]; cells are sums over ``count^2`` samples of the square."""
+        """``weight(x, y)`` of places [m]; cells are sums over ``count^2`` samples of the square."""
         middles = [side * ((k + 0.5) / count - 0.5) for k in range(count)]
         self.samples = np.array([(x, y) for y in middles for x in middles])
-        self.weight, self.gain = np.array([weight(x, y) for x, y in self.samples]), gain
+        self.weight, self.gain = weight(*self.samples.T), gain
         self.WORK = float(len(self.samples))
 
     def velocity(self, points, time, memory):

@@ -88,10 +88,11 @@ class Marching(Tracking, Shaped):
 
     def published(self):
         places, weights = self.published_places(), weights_of(self._given_topology or self.topology)
+        path = _published_path(self)
 
         def wanted(time):
             swing = 1.0 + self.swing * np.sin(2.0 * np.pi * time / self.swing_period)
-            return along(_published_path(self)(self.speed * time), places, swing, self.turning)
+            return along(path(self.speed * time), places, swing, self.turning)
 
         blind = np.logical_and(not self.feed_forward, weights.any(axis=1))
         return published.Marching(weights, self.gain, self.anchor, wanted, self.period, blind)

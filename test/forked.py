@@ -1,7 +1,7 @@
 """Starts rosmaster and nodes as forks of a process that has loaded what they import.
 
 Loading it anew costs each process half a second of processor time, more than most tests take otherwise.
-The programs run as they stand; tests of launch files and of ``rosrun`` start them from nothing.
+The programs run as they stand; tests of ``rosrun``, and one of a launch file, start them from nothing.
 Programs and laws of windows without ROS are forks of another process, which loads nothing of ROS.
 """
 
@@ -159,6 +159,7 @@ class Forker:
         env=None,
         pass_fds=(),
         start_new_session=False,
+        cwd=None,
     ):
         """Do what ``subprocess.Popen`` does; what is Python, and loaded here, is forked.
 
@@ -166,7 +167,7 @@ class Forker:
         """
         environment = dict(os.environ if env is None else env)
         if command[0] != sys.executable or not self.can_run(environment):
-            given = dict(stdin=stdin, stdout=stdout, stderr=stderr, pass_fds=pass_fds)
+            given = dict(stdin=stdin, stdout=stdout, stderr=stderr, pass_fds=pass_fds, cwd=cwd)
             return subprocess.Popen(command, env=env, start_new_session=start_new_session, **given)
         parents = {str(os.getpid()): str(self.pid)}
         args = [parents.get(each, each) for each in command[1:]]
@@ -176,7 +177,8 @@ class Forker:
             out = 1 if stdout is None else stdout.fileno()
             streams = [nothing.fileno(), out, 2 if stderr is None else out, *pass_fds]
             numbers = [0, 1, 2, *pass_fds]
-            return self._start(args, environment, streams, leads=start_new_session, numbers=numbers)
+            given = dict(leads=start_new_session, numbers=numbers)
+            return self._start(args, environment, streams, cwd, **given)
 
     def _start(
         self,

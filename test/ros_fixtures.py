@@ -29,6 +29,12 @@ COMMANDS_OF_ROS = (
     "rossrv",
     "rostopic",
 )  # in Python
+LAUNCH_LOADS = (
+    "roslaunch",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_pdf",
+    "mrs_simulator.study.results.report",
+)  # for figures of record
 QUICK_ROSRUN = """#!/bin/sh
 [ "$1" = mrs_simulator ] || exec {rosrun} "$@"
 program={place}$2
@@ -109,7 +115,7 @@ class Ros:
 
     def __init__(self, directory):
         self.directory = directory
-        self.processes = []
+        self.processes, self._launches = [], []
         self.uri = "http://127.0.0.1:{}".format(free_port())
         self.environment = dict(
             os.environ,
@@ -139,6 +145,16 @@ class Ros:
         if script is not None:
             return self._forked(name, *script, directory=directory, loaded=loaded)
         return self._started(name, command, directory)
+
+    def launch(self, *arguments):
+        """Start ``roslaunch``, with its nodes of Python as forks."""
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "forked_launch.py")
+        if forker().can_run(self.environment):
+            process = self._forked("launch", script, *arguments, loaded=LAUNCH_LOADS)
+        else:
+            process = self._started("launch", ["roslaunch", *arguments], None)
+        self._launches.append(process)
+        return process
 
     def _started(self, name, command, directory, errors=None):
         log = os.path.join(self.directory, name + ".log")
@@ -261,9 +277,11 @@ class Ros:
                 process.wait(STOP_LIMIT)
 
     def close(self):
-        """End everything, the master last; forks have nothing to keep, and what they started ends too."""
+        """End everything, the master last; forks, but for launches, have nothing to keep nor to end."""
         others = [process for process in self.processes if process is not self.master]
-        forked = [process for process in others if isinstance(process, Forked)]
+        forked = [
+            each for each in others if isinstance(each, Forked) and each not in self._launches
+        ]
         for process in forked:
             process.kill()
         for process in forked:

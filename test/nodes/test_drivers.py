@@ -21,7 +21,9 @@ from mrs_simulator.nodes.control.motors import split_topic
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAUNCH = os.path.join(os.path.dirname(HERE), "launch")
 MOTORS_OFF = """
+import sys
 import rospy
+sys.path.append(sys.argv[1])
 from p2os_robot import MotorState
 rospy.init_node("button", anonymous=True)
 out = rospy.Publisher("/robot2/cmd_motor_state", MotorState, queue_size=1)
@@ -78,15 +80,13 @@ class Bench:
         (directory / "law.py").write_text(FORWARD)
         paths = ros.environment.get("ROS_PACKAGE_PATH", os.environ["ROS_PACKAGE_PATH"])
         ros.environment["ROS_PACKAGE_PATH"] = "{}:{}".format(directory, paths)
-        ros.environment["PYTHONPATH"] = "{}:{}".format(HERE, os.environ["PYTHONPATH"])
         xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/use_sim_time", False)
 
     def launch(self, *arguments):
         """Start the launch file; return when the controller waits for its start."""
         given = ["{}:={}".format(key, self.directory / file) for key, file in FILES.items()]
-        file = self.name + ".launch"
-        command = ["roslaunch", "mrs_simulator", file, "robots:=2", "odom_timeout:=5", *PATIENT]
-        self.process = self.ros.start("launch", [*command, *given, *arguments])
+        command = "mrs_simulator", self.name + ".launch", "robots:=2", "odom_timeout:=5", *PATIENT
+        self.process = self.ros.launch(*command, *given, *arguments)
         self.probe = self.ros.probe()
         for number in (1, 2):
             self.probe.ask("listen('/robot{}/{}', Odometry)".format(number, self.topic))
@@ -168,7 +168,7 @@ def test_the_motors_of_p2os_are_switched_on_by_a_start(ros, tmp_path):
     assert bench.x(1) == 0.0
     bench.start()
     bench.far(0.05)
-    ros.python(MOTORS_OFF)  # as by an emergency button
+    ros.python(MOTORS_OFF, HERE)  # as by an emergency button
     bench.probe.wait("'robot2 stopped: its motors are off' in (control('trouble') or '')")
     bench.stands(2)
     assert bench.probe.ask("control('running')")

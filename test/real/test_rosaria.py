@@ -166,16 +166,6 @@ def team(ros, tmp_path):
     return Team(ros, tmp_path)
 
 
-def test_four_robots_form_the_papers_line(team):
-    for number in (1, 2, 3, 4):
-        team.robot(number)
-    control = team.node("pioneer_control", AT_ONCE, STALLS)
-    wait_until(team.in_line, 60)
-    assert len(team.probe.wait("control('command_v')")) == 4
-    assert team.probe.ask("control('stopped')") == []
-    assert "law failed" not in log_of(control)
-
-
 def test_one_disabled_and_one_late(team):
     for number in (1, 2, 3, 4):
         team.robot(number, "_rate:={}".format(5 if number == 3 else 10))
@@ -639,29 +629,27 @@ def test_the_launch_file_drives_them(team, tmp_path):
         team.robot(number)
     left = {"lockstep": True, "rate": 0.1}  # by a launch before, on this master
     xmlrpc.client.ServerProxy(team.ros.uri).setParam("/test", "/pioneer_control", left)
-    command = ["roslaunch", "mrs_simulator", "rosaria.launch", "drivers:=false"]
-    command += [
-        "scenario:={}".format(team.scenario),
-        "out:={}".format(tmp_path / "run"),
-        "duration:=25",
-        STALLS[1:],
-    ]
-    launch = team.ros.start("launch", command)
+    given = "scenario:={}".format(team.scenario), "out:={}".format(tmp_path / "run"), "duration:=11"
+    command = "mrs_simulator", "rosaria.launch", "drivers:=false", *given, STALLS[1:]
+    launch = team.ros.launch(*command)
     team.probe.wait("control('trouble') == 'not started'", 60)
     wait_until((tmp_path / "run" / "run.bag.active").exists)
     wait_until(lambda: READY in log_of(launch))
     assert team.sent(1) is None
     team.go()
     wait_until(team.in_line, 60)
+    assert len(team.probe.wait("control('command_v')")) == 4
+    assert team.probe.ask("control('stopped')") == []
     wait_until(lambda: launch.poll() is not None, 3 * PATIENCE)
     assert (tmp_path / "run" / "run.bag").exists(), log_of(launch)
     with open(str(tmp_path / "run" / "verdict.json")) as file:
         verdict = json.load(file)
     run = read_run_csv(str(tmp_path / "run" / "run.csv"))
+    assert "law failed" not in log_of(launch)
     # From where the scenario says that they stood, with the commands that moved them.
     np.testing.assert_allclose(run.pose[0], STARTS, atol=0.05)
     assert verdict["ended"] == "complete" and verdict["robots"] == 4
-    assert run.command[0].any() and run.time[-1] >= 25.0
+    assert run.command[0].any() and run.time[-1] >= 11.0
     checks = {check["name"]: check for check in verdict["checks"]}
     assert checks["collisions"]["passed"] is None
     assert checks["final gap, the worst [m]"]["passed"], verdict

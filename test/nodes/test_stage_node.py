@@ -204,7 +204,7 @@ def test_the_team_is_set_all_at_once_or_not_at_all(ros):
     probe.wait("state('robot') == [1, 2, 3]")
     probe.ask("listen('/robot3/odom', Odometry)")
     assert probe.wait("odom(3)")["pose"][:2] == [0.0, 5.0]
-    assert probe.ask("set_team([[0, 0, 0]])") == [True, "1 robots"]
+    assert probe.ask("set_team([[0, 0, 0]])") == [True, "1 robot"]
     probe.wait("state('robot') == [1]")
     assert probe.ask("'/robot3/odom' in dict(rospy.get_published_topics())") is False
     assert probe.ask("clock_went_back") is False

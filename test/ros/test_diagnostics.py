@@ -42,7 +42,7 @@ CONTROL = {
         ({"speed": 0.0, "real_time_factor": 31.0}, OK, "running"),
         ({"real_time_factor": 0.62}, WARN, "simulated time at 0.62, wanted 1"),
         ({"missed_periods": 12}, WARN, "12% of command periods without a command"),
-        ({"timed_out": [3]}, WARN, "1 robots without commands stand"),
+        ({"timed_out": [3]}, WARN, "1 robot without commands stand"),
         ({"real_silent": [3]}, WARN, "1 real robots are silent"),
         ({"trouble": "a and b publish /clock"}, ERROR, "a and b publish /clock"),
     ],

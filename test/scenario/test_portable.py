@@ -171,6 +171,6 @@ def test_displays_show_kinds_of_files(ros, own):
     # What the stage has told it takes back by that name, and nothing else.
     place = "[RobotSpec(kind={!r}, pose=Pose2D({}, 0, 0))]"
     call = "call('/stage/set_team', SetTeam, {})"
-    assert probe.ask(call.format(place.format("box", 1))) == [True, "1 robots"]
+    assert probe.ask(call.format(place.format("box", 1))) == [True, "1 robot"]
     probe.wait("state('kind') == ['box']")
     assert probe.ask(call.format(place.format("/etc/passwd.yaml", 1)))[0] is False

@@ -302,6 +302,10 @@ def test_what_a_run_leaves_open_is_neither_assured_nor_has_a_margin(
         (("--at-least", "99%"), "99%: wanted a number between 0 and 1"),
         (("--confidence", "1"), "1: wanted a number between 0 and 1"),
         (("--runs", "0"), "0: wanted a whole number of at least 1"),
+        (
+            ("--at-least", "0.99999999"),
+            "299,573,225 runs without a failure, wanted at most 1,000,000",
+        ),
     ],
 )
 def test_shares_and_runs_that_are_none_are_refused(path, tmp_path, capsys, option, message):

@@ -163,6 +163,11 @@ def unknown_name(owner, name, known):
     return "{}: unknown {}{} (known: {})".format(owner, shown(name), hint, listing)
 
 
+def counted(count, noun):
+    """Return ``count`` and the ``noun``, in the plural unless there is one."""
+    return "{} {}{}".format(count, noun, "" if count == 1 else "s")
+
+
 def shown(value):
     """Return ``value`` as it should appear in an error message, never longer than a line.
 

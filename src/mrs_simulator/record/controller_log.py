@@ -3,6 +3,7 @@
 import re
 
 from mrs_simulator.core.doc_links import named
+from mrs_simulator.core.fields import counted
 
 GRACE = 0.5  # [s] after its first command for which a controller may still report the state before
 MOST_NAMED = 3  # [-] reasons in one line
@@ -56,8 +57,8 @@ class Interruptions:
             return []
         more = ", ..." if len(reasons) > MOST_NAMED else ""
         return [
-            "the controller was stopped or in trouble {} time{}, {:.1f} s in all: {}{}".format(
-                times, "" if times == 1 else "s", total, "; ".join(reasons[:MOST_NAMED]), more
+            "the controller was stopped or in trouble {}, {:.1f} s in all: {}{}".format(
+                counted(times, "time"), total, "; ".join(reasons[:MOST_NAMED]), more
             )
         ]
 

@@ -12,6 +12,7 @@ import pickle
 import numpy as np
 import yaml
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
 from mrs_simulator.core.step_rates import rate_note, steps_between
@@ -227,7 +228,7 @@ def _yaml(content):
 def title_of(n, protocol):
     """Return a title for a scenario that is no longer the one that its author named."""
     name = protocol.rpartition(":")[2] if ":" in protocol else os.path.basename(protocol)
-    return "{} robots, {}".format(n, name)
+    return "{}, {}".format(counted(n, "robot"), name)
 
 
 def load_scenario(path):

@@ -10,6 +10,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.control.user_code import CallFailed, TimedOut
+from mrs_simulator.core.fields import counted
 from mrs_simulator.core.step_rates import on_steps
 from mrs_simulator.nodes.control.command_gate import CommandGate
 from mrs_simulator.nodes.control.command_times import CommandTimes
@@ -160,9 +161,9 @@ class ControlNode:
     def spin(self):
         """Run until ROS shuts down."""
         rospy.loginfo(
-            "pioneer_control: %s for %d robots, a command every %g s%s",
+            "pioneer_control: %s for %s, a command every %g s%s",
             self.law.name,
-            self.scenario.n,
+            counted(self.scenario.n, "robot"),
             self.period,
             ", in a dry run: nothing is published to the robots" if self.dry_run else "",
         )

@@ -3,7 +3,7 @@
 import rospy
 from std_srvs.srv import SetBool, Trigger
 
-from mrs_simulator.core.fields import unknown_name
+from mrs_simulator.core.fields import counted, unknown_name
 from mrs_simulator.ros.message_forms.messages import read_robot_specs
 from mrs_simulator.ros.node.node_parameters import MOST_BY_SERVICE
 from mrs_simulator.ros.node.parameters import read
@@ -81,7 +81,7 @@ class StageServices:
         for part in stage.parts:
             part.reset()
         stage.after_change()
-        return "{} robots back at their initial poses".format(stage.world.n)
+        return counted(stage.world.n, "robot") + " back at their initial poses"
 
     def _on_set_speed(self, request):
         stage = self._stage
@@ -99,4 +99,4 @@ class StageServices:
         stage.world.set_team(Team.from_scenario(team), team.poses, team.altitude)
         stage.scenario = team
         stage.after_change()
-        return "{} robots".format(stage.world.n)
+        return counted(stage.world.n, "robot")

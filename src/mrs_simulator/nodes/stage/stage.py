@@ -7,6 +7,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.compiling import in_time, is_chosen
+from mrs_simulator.core.fields import counted
 from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
@@ -153,7 +154,8 @@ class Stage:
             return False
         for warning in self.scenario.warnings() + self._times.notes():
             rospy.logwarn("stage: %s", warning)
-        rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
+        robots = counted(self.world.n, "robot")
+        rospy.loginfo("stage: %s, %s, started", robots, self.scenario.fidelity)
         if self._has_real and self.pacer.speed != 1.0:
             rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)
         self.pacer.resume()

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import rospy
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.ros.message_forms.defined_types import (
     DiagnosticArray,
     DiagnosticStatus,
@@ -103,13 +104,13 @@ def stage_health(facts):
     speed, factor = facts["speed"], facts["real_time_factor"]
     missed = facts["missed_periods"] / max(1, facts["command_periods"])
     if facts["waiting_for"]:
-        message = "waits for commands to {} robots".format(len(facts["waiting_for"]))
+        message = "waits for commands to " + counted(len(facts["waiting_for"]), "robot")
     elif speed and factor < KEPT * speed and not facts["paused"]:
         level, message = WARN, "simulated time at {:.2f}, wanted {:g}".format(factor, speed)
     elif missed > MOST_MISSED:
         level, message = WARN, "{:.0%} of command periods without a command".format(missed)
     elif facts["timed_out"]:
-        level, message = WARN, "{} robots without commands stand".format(len(facts["timed_out"]))
+        level, message = WARN, counted(len(facts["timed_out"]), "robot") + " without commands stand"
     elif facts["real_silent"]:
         level, message = WARN, "{} real robots are silent".format(len(facts["real_silent"]))
     if facts["trouble"]:

@@ -16,6 +16,7 @@ import numpy as np
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.control.worker_process import named_place
 from mrs_simulator.core.compiling import in_time
+from mrs_simulator.core.fields import counted
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pacing import Pacer
 from mrs_simulator.core.writing import Forgiving
@@ -304,7 +305,7 @@ class Engine:
         changed = dict(robots=len(poses), poses=poses, altitude=altitude, model=list(kinds))
         self._begin_anew(staged.changed(**changed))
         self._publish_scenario()
-        return "{} robots".format(self.world.n)
+        return counted(self.world.n, "robot")
 
     def _begin_anew(self, staged):
         """Simulate the team of ``staged`` from its beginning; a controller of as many robots stands by."""

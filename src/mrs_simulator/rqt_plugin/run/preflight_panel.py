@@ -1,5 +1,6 @@
 """Findings of the preflight, and the button to start in spite of those that a person may judge."""
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.rqt_plugin.qt.QtCore import Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import QCheckBox, QPushButton, QWidget
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
@@ -79,7 +80,7 @@ def _title(found, passed, outcome, may_judge):
     started = " The controller starts." if outcome == "started" else ""
     if not found:
         return "All robots ready: {} checks passed.{}".format(passed, started)
-    text = "{} finding{}, {} checks passed.".format(found, "" if found == 1 else "s", passed)
+    text = "{}, {} passed.".format(counted(found, "finding"), counted(passed, "check"))
     if outcome != "refused":
         return text + started
     if may_judge:

@@ -1,5 +1,6 @@
 """Status texts and enabled actions, without Qt and ROS."""
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.state.columns import REAL
 from mrs_simulator.study.run.ahead import FIDELITIES
 
@@ -131,7 +132,7 @@ class StudyState:
             return None, "no robots"
         n, real = len(snapshot.robots), len(snapshot.numbers_with(REAL))
         stale = len(self._stale(snapshot))
-        text = "{} robot{}".format(n, "" if n == 1 else "s")
+        text = counted(n, "robot")
         if real:
             simulated = "{} simulated, ".format(n - real) if n > real else ""
             text = "robots: {}{} real".format(simulated, real)

@@ -1,5 +1,6 @@
 """The shelf: the list of runs, and what can be done with one of them."""
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.rqt_plugin.qt.QtCore import Qt, Signal
 from mrs_simulator.rqt_plugin.qt.QtWidgets import (
     QLabel,
@@ -91,7 +92,7 @@ class ShelfPanel(QWidget):
         self._list()
         runs = sum(each.sweep.runs if each.sweep else not each.within for each in entries)
         sizes = size_text(own), size_text(settings["most_bytes"])
-        text = "{} run{}, {} of {}".format(runs, "" if runs == 1 else "s", *sizes)
+        text = "{}, {} of {}".format(counted(runs, "run"), *sizes)
         self._size.setText(text)
         self._size.setToolTip("kept in {}".format(settings["folder"]))
         self._fill_menu(settings)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.protocols import HOMES, shipped
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.rqt_plugin.map.style import mixed
@@ -47,7 +48,7 @@ def card_of(path, ground, text):
         return Card(path, "", "", "", None, str(error))
     law = scenario.control.protocol
     kinds = ", ".join(dict.fromkeys(scenario.kinds))
-    about = "{} \u00b7 {} robots \u00b7 {}".format(law, scenario.n, kinds)
+    about = " \u00b7 ".join((law, counted(scenario.n, "robot"), kinds))
     is_own = law in HOMES
     theorem = theorem_of(law) if is_own else ""
     targets = _targets(scenario) if is_own else None  # a user's law is not run to be offered

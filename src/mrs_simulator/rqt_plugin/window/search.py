@@ -1,5 +1,6 @@
 """The searches in the window: run ``break``, ``assure`` and ``margins``, and show what they find."""
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.long_command import jobs
 from mrs_simulator.rqt_plugin.run.study_run import last_lines
@@ -111,7 +112,7 @@ class SearchControl(CommandControl):
         runs, nearest = progress_in(printed)
         self._nearest = nearest or self._nearest
         parts = [WORDS[self._command]]
-        parts += ["{} runs".format(runs)] if runs else []
+        parts += [counted(runs, "run")] if runs else []
         parts += ["nearest: " + self._nearest] if self._nearest else []
         parts += ["it is shrunk"] if SHRINKING in printed else []
         self._panel.show_progress(", ".join(parts), runs or 0, self._most)
@@ -120,7 +121,8 @@ class SearchControl(CommandControl):
         """Show what a process that has ended with ``code`` has found."""
         panel, printed = self._panel, self._process.output()
         if self._process.is_cancelled:
-            panel.title.say("cancelled", "aside")
+            folder = self._study.files.short_path(self.directory)
+            panel.title.say("cancelled; its runs are in {}".format(folder), "aside")
             return
         if code not in GOOD[self._command]:
             why = last_lines(printed).rpartition("{}: ".format(self._command))[2]

@@ -20,6 +20,7 @@ from mrs_simulator.verdict.requirements.results import line_of
 
 SHOWN, NOT_SHOWN = 0, 1  # exit codes
 BATCH = 32  # runs at once
+MOST_CLEAN = 1000000  # runs without a failure that one command may plan
 REPORT, FAILED = "assurance.json", "failed.yaml"
 
 
@@ -36,7 +37,14 @@ def _arguments(argv):
     parser.add_argument("--confidence", type=_share, default=0.95, metavar="C", help="(0.95)")
     text = "go on after failures, up to N runs, by a test that is valid at any time"
     parser.add_argument("--runs", type=at_least(1), metavar="N", help=text)
-    return parser.parse_args(argv)
+    arguments = parser.parse_args(argv)
+    share, confidence = arguments.at_least, arguments.confidence
+    if arguments.runs is None and clean_runs(share, confidence) > MOST_CLEAN:
+        text = (
+            "--at-least {!r}, --confidence {!r}: {:,} runs without a failure, wanted at most {:,}"
+        )
+        parser.error(text.format(share, confidence, clean_runs(share, confidence), MOST_CLEAN))
+    return arguments
 
 
 def _share(text):

@@ -9,6 +9,7 @@ import sys
 from importlib.util import find_spec
 
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import counted
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import Limited, printing, write_text
 from mrs_simulator.scenario.reading import load_yaml, parse_yaml
@@ -27,7 +28,7 @@ from mrs_simulator.verdict.requirements.results import line_of
 
 SCENARIO, REPORT, RUN = "counterexample.yaml", "search.json", "run"
 BROKEN, HELD = 1, 0  # exit codes
-PROGRESS = re.compile(r"^search: (\d+) runs(?: so far|, (.*))$", re.MULTILINE)
+PROGRESS = re.compile(r"^search: (\d+) runs?(?: so far|, (.*))$", re.MULTILINE)
 
 
 @printing
@@ -155,7 +156,7 @@ def break_scenario(arguments):
             print("  {} of them were refused, as: {}".format(refused, often))
         return HELD
     if not arguments.no_shrink:
-        tell("found after {} runs; it is shrunk".format(found.runs))
+        tell("found after {}; it is shrunk".format(counted(found.runs, "run")))
         found = search.shrunk(found)
     report.update(
         variation=found.variation,
@@ -194,8 +195,8 @@ def story_of(found, report, out):
     """Return in lines what breaks, where the threshold lies, and how many runs it took."""
     worst = found.trial.worst
     said = line_of(worst) if "formula" in worst else "{}: {}".format(worst["name"], worst["note"])
-    text = "found after {} runs, shrunk by {} more"
-    lines = [text.format(found.runs, report["runs_of_shrinking"]), "  " + said]
+    text = "found after {}, shrunk by {} more"
+    lines = [text.format(counted(found.runs, "run"), report["runs_of_shrinking"]), "  " + said]
     for key, value in found.variation.items():
         lines.append("  {}: {}".format(key, value))
     for key, holds, breaks in found.thresholds:

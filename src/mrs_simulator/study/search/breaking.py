@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.core.writing import MOST_PRINTED
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.search import DEAD, EDGES, POSES, PUSHES, ROBOTS
@@ -104,7 +105,7 @@ class Search:
         """Say now and then how many ``runs`` have ended."""
         if time.monotonic() - self._told_at >= EVERY:
             self._told_at = time.monotonic()
-            self._report("{} runs so far".format(runs))
+            self._report(counted(runs, "run") + " so far")
 
     # Searching ----------------------------------------------------------------------------------
 
@@ -134,7 +135,7 @@ class Search:
         least = min(range(len(trials)), key=lambda row: trials[row].objective)
         if trials[least].objective < best:
             best, place = trials[least].objective, points[least]
-            self._report("{} runs, {}".format(self.runs, trials[least].text))
+            self._report("{}, {}".format(counted(self.runs, "run"), trials[least].text))
         for variation, trial in zip(variations, trials):
             if trial.is_broken:
                 return Found(variation, trial, self.runs), best, place
@@ -160,10 +161,10 @@ class Search:
                 if trial.objective < best:
                     best, place, nearest = trial.objective, point, trial
                 if trial.is_broken:
-                    self._report("{} runs, {}".format(self.runs, trial.text))
+                    self._report("{}, {}".format(counted(self.runs, "run"), trial.text))
                     return Found(variation, trial, self.runs), best, place
             if best < before:
-                self._report("{} runs, {}".format(self.runs, nearest.text))
+                self._report("{}, {}".format(counted(self.runs, "run"), nearest.text))
             values = iter(trials)
             worst = max(
                 [each.objective for each in trials if math.isfinite(each.value)], default=1.0

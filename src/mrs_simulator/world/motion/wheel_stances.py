@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pybullet
 
+from mrs_simulator.core.fields import counted
 from mrs_simulator.world.motion.dynamic import SETTLING, DynamicMotion
 from mrs_simulator.world.motion.planar_body import GRAVITY
 
@@ -87,14 +88,10 @@ class Standing(DynamicMotion):
         if len({point[3] for point in under}) < 2 or not others:
             text = "kind {}: stands on {}, wanted two driven wheels and a caster (engine: planar)"
             links = sorted({point[3] for point in on_ground})
-            raise ValueError(text.format(kind.name, _counted(len(links), "support")))
+            raise ValueError(text.format(kind.name, counted(len(links), "support")))
         front, rear = max(others + [0.0]), min(others + [0.0])
         load = sum(point[9] for point in under)
         if not front > 0.0 > rear:
             load = weight * (1.0 - stance.ahead / (front + rear))
         half = np.mean([abs(point[5][1]) for point in under])
         return stance._replace(half=float(half), load=float(load), front=front, rear=rear)
-
-
-def _counted(count, name):
-    return "{} {}{}".format(count, name, "" if count == 1 else "s")

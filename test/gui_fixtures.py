@@ -15,6 +15,7 @@ from ros_fixtures import log_of
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LOADED = (
     "PyQt5.QtTest",
+    "mrs_simulator.nodes.real.preflight",
     "mrs_simulator.rqt_plugin.ros_side.connection",
     "mrs_simulator.rqt_plugin.study_widget",
 )
@@ -43,6 +44,10 @@ import json, os, sys, time
 import rospy
 sys.path.append("TESTS")
 from forked import OwnForker, forking_subprocess
+from mrs_simulator.nodes.real import preflight
+from mrs_simulator.rqt_plugin.ros_side import master
+preflight.LISTENING = 0.5  # [s]: ten messages of what stands in for a robot
+master.LOOK_PERIOD = 0.2  # [s]: tests wait for what it finds
 programs = OwnForker() if "FORKED_PROGRAMS" in os.environ else None
 from PyQt5.QtWidgets import QApplication
 from PyQt5.QtTest import QTest

@@ -121,9 +121,9 @@ until(lambda: said("stage killed by signal 9"))
 
 
 def test_a_bag_is_recorded_and_can_be_reported(gui, ros, tmp_path):
-    ros.environment["HOME"] = str(tmp_path)
     gui(
         """
+gui.bar.set_speed(5)
 click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
 click("bag")

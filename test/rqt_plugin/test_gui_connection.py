@@ -200,6 +200,8 @@ def test_a_hung_controller_keeps_no_stage_waiting_nor_the_close(gui, ros):
     ros.start("hung", [sys.executable, "-c", HUNG])
     gui(
         """
+from mrs_simulator.rqt_plugin.ros_side import service_calls
+service_calls.SLOW = 0.3
 until(lambda: gui.connection.is_fresh("stage"))
 gui.connection.ask("start")
 click("pause")
@@ -207,6 +209,7 @@ until(lambda: gui.connection.newest("stage").paused)
 until(lambda: "start: the controller has not answered yet" in gui.messages.toPlainText())
 gui.connection.restore_simulated_time(False)
 gui.close_study()
+gui.close_study = lambda: None  # it would wait for the answer once more
 assert rospy.get_param("/use_sim_time") is False
 import rosgraph
 master = rosgraph.Master("/gui")

@@ -101,7 +101,7 @@ assert panel.title.message == "1 finding, 14 checks passed. The controller start
 
 
 def test_what_is_no_matter_of_judgement_keeps_the_robots_standing(gui, robots, ros):
-    xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/preflight/time_limit", 5.0)
+    xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/preflight/time_limit", 1.0)
     robots.ask("fall_silent(2)")
     gui(
         """

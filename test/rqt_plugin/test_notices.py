@@ -123,7 +123,7 @@ def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
     active(study, 1022, 700)
     law, seen = tmp_path / "hangs.py", []
     law.write_text("import time\ntime.sleep(1000.0)")
-    study.study.edited.laws.limit = 60.0 if gives_up else 5.0
+    study.study.edited.laws.limit = 60.0 if gives_up else 2.0
 
     def meanwhile():
         if not study.banners.text("law"):
@@ -139,7 +139,7 @@ def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
     ((enabled, text),) = seen
     assert not enabled and "Loading the protocol" in text
     study.connection.set_emergency.assert_called_once_with(True)
-    shown = "cancelled" if gives_up else "hangs.py: no answer within 5 s"
+    shown = "cancelled" if gives_up else "hangs.py: no answer within 2 s"
     assert shown in study.banners.text("error") and study.settings_tabs.isEnabled()
     assert study.scenario.control.protocol == "formation" and not study.banners.text("law")
 

@@ -76,7 +76,7 @@ def test_a_hanging_program_is_killed_at_once_when_that_is_asked_for(deaf):
 
 
 WRITING = """#!/bin/sh
-trap 'sleep 2; echo written; exit 0' INT
+trap 'sleep 0.8; echo written; exit 0' INT
 trap 'echo cut off; exit 1' TERM
 echo started
 while true; do sleep 0.1; done

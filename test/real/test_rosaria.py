@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import sys
+import time
 import xmlrpc.client
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import yaml
 from ros_fixtures import PATIENCE, log_of, wait_until
 
+from mrs_simulator.nodes.control.common_frame import RESTART
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.results.provenance import ROBOTS, read_provenance
@@ -81,7 +83,7 @@ class Team:
         self.robots[number] = process
         return process
 
-    def node(self, script, *arguments, n=4):
+    def node(self, script, *arguments, n=4, name=None):
         """Start a node for the first n robots, remapped to the drivers' names."""
         remaps = [
             "/robot{0}/{1}:=/robot{0}/RosAria/{2}".format(number, ours, theirs)
@@ -89,7 +91,7 @@ class Team:
             for ours, theirs in (("odom", "pose"), ("cmd_vel", "cmd_vel"))
         ]
         known = ["--scenario", self.scenario, "--robots", n, "--odometry", "wheel"]
-        return self.ros.node(script, *known, *remaps, *arguments)
+        return self.ros.node(script, *known, *remaps, *arguments, name=name)
 
     @property
     def probe(self):
@@ -195,7 +197,7 @@ def test_a_dead_robot_is_named_and_all_stop(team):
 def test_a_restarted_driver_is_noticed_and_not_followed(team, source, said):
     for number in (1, 2):
         team.robot(number)
-    control = team.forward("_frame_source:=" + source, STALLS, n=2)
+    control = team.forward("_frame_source:=" + source, *SILENCE, n=2)
     team.drives((1, 2))
     team.robots[2].kill()
     team.trouble("no fresh odometry of robot2")
@@ -257,7 +259,7 @@ def test_a_missing_motor_service_is_reported_and_no_robot_moves(team):
 def test_a_start_that_waits_for_motors_does_not_survive_a_silence(team, autostart):
     robot = team.robot(1)
     team.probe.ask("offer('/robot1/held')")
-    team.forward(HELD, "_autostart:=" + autostart, STALLS, n=1)
+    team.forward(HELD, "_autostart:=" + autostart, *SILENCE, n=1)
     if autostart == "false":
         team.trouble("not started")
         wait_until(lambda: team.odometry(1) is not None)
@@ -387,13 +389,23 @@ def test_a_missing_transform_is_named(team):
     wait_until(lambda: "/tf from world to robot1/base_link: " in log_of(control))
 
 
-def preflight(team, *arguments, limit=20):
-    """Run the preflight, which waits ``limit`` [s] for robots; return its exit code and what it printed."""
-    process = team.node("preflight", "_time_limit:={}".format(limit), *arguments)
+def begin_preflight(team, *arguments, limit=20, name="preflight", **given):
+    """Start the preflight as the node ``name``, which waits ``limit`` [s] for robots."""
+    asked = "_time_limit:={}".format(limit), "__name:=" + name
+    return team.node("preflight", *asked, *arguments, name=name, **given)
+
+
+def end_preflight(process):
+    """Return the exit code of a preflight and what it printed, once it has ended."""
     code = process.wait(60)
     text = log_of(process)
     os.truncate(process.log, 0)
     return code, text
+
+
+def preflight(team, *arguments, **given):
+    """Run the preflight; return its exit code and what it printed."""
+    return end_preflight(begin_preflight(team, *arguments, **given))
 
 
 def axis(key, nominal, breaks):
@@ -409,25 +421,31 @@ def test_preflight_of_robots_that_stand_ready(team, tmp_path):
     for number in (1, 2, 3, 4):
         wait_until(lambda number=number: team.odometry(number) is not None)
     bounds = "_min_distance:=0.6", "_geofence:=[-2, -2, 5, 2]", STALLS
-    code, text = preflight(team, *bounds, "_v_max:=0.2")
-    assert code == 0 and "NOT OK" not in text and "\nready" in text, text
-    code, text = preflight(team, *bounds, "_v_max:=0.75")
-    assert code == 1 and "NOT OK  stopping way" in text and "0.21 m/s would hold" in text, text
-    assert "robot4 is fresh" in text and "predicted geofence" in text
     # They publish every 0.1 s; a law that breaks below 40 Hz has no margin of 1.5 left, nor has its delay.
     axes = [axis("control.rate", 50.0, 40.0), axis("mismatch.delay", 0.0, 0.21)]
     stamp = stamp_of(load_scenario(team.scenario))
     (tmp_path / "margins.json").write_text(json.dumps({"axes": axes, "stamp": stamp}))
     (tmp_path / "compare.json").write_text('{"mismatch": {"delay": 0.155}}')
     given = "--margins", str(tmp_path), "--measured", str(tmp_path / "compare.json")
-    code, text = preflight(team, *bounds, "_v_max:=0.2", *given)
+    other = tmp_path / "other.yaml"
+    other.write_text(SCENARIO.replace("k: 0.1", "k: 0.2"))
+    # At the same time: each listens for some seconds.
+    ready = begin_preflight(team, *bounds, "_v_max:=0.2")
+    fast = begin_preflight(team, *bounds, "_v_max:=0.75", name="fast")
+    near = begin_preflight(team, *bounds, "_v_max:=0.2", *given, name="near")
+    moved = "--scenario", other, *bounds, "_v_max:=0.2", *given
+    moved = begin_preflight(team, *moved, name="moved")
+    code, text = end_preflight(ready)
+    assert code == 0 and "NOT OK" not in text and "\nready" in text, text
+    code, text = end_preflight(fast)
+    assert code == 1 and "NOT OK  stopping way" in text and "0.21 m/s would hold" in text, text
+    assert "robot4 is fresh" in text and "predicted geofence" in text
+    code, text = end_preflight(near)
     assert code == 1 and "NOT OK  margin of control.rate" in text, text
     assert "0.155 measured, kept breaks at 0.21, wanted 1.5 times" in text, text
     assert "\nOK      margins " in text
-    team.scenario.write_text(SCENARIO.replace("k: 0.1", "k: 0.2"))
-    code, text = preflight(team, *bounds, "_v_max:=0.2", *given)
+    code, text = end_preflight(moved)
     assert code == 1 and "NOT OK  margins " in text and "of another scenario" in text, text
-    team.scenario.write_text(SCENARIO)
     # The same robots, asked for more.
     code, text = preflight(team, "_frame_source:=odometry", "_geofence:=[-2, -2, 2, 2]")
     assert code == 1, text
@@ -440,7 +458,8 @@ def test_preflight_of_robots_that_stand_ready(team, tmp_path):
 def test_preflight_names_who_is_missing_and_bad_input(team):
     team.robot(1)
     team.probe.ask("watch_diagnostics()")
-    code, text = preflight(team, n_robots(2), limit=5)
+    wait_until(lambda: team.odometry(1) is not None)
+    code, text = preflight(team, n_robots(2), limit=2)
     assert code == 1 and "NOT OK  robot2 publishes" in text, text
     level, message, values = team.probe.wait("diagnostics.get('preflight')")
     assert "checks not OK" in message and values["not OK 1"] == "robot2 publishes"
@@ -512,7 +531,7 @@ def test_an_emergency_button_is_published_at_once_and_a_lost_link_soon(team):
     team.robot(1)
     team.robot(2)
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
-    state, slow = "_motors_state:=/robot{}/RosAria/motors_state", "_frozen_time:=5"
+    state, slow = "_motors_state:=/robot{}/RosAria/motors_state", "_frozen_time:=3"
     team.forward(ENABLE, state, slow, "_stuck_time:=0", STALLS, n=2)
     team.drives((1, 2))
     assert team.probe.ask("switch('/robot2/RosAria/disable_motors')")
@@ -523,7 +542,7 @@ def test_an_emergency_button_is_published_at_once_and_a_lost_link_soon(team):
     # The driver repeats its last pose, as it does without its robot.
     assert team.probe.ask("switch('/robot2/RosAria/lose_link')")
     team.trouble(
-        "robot2 stopped: commanded to move at 0.20 m/s, 0.00 rad/s, and for 5 s its odometry"
+        "robot2 stopped: commanded to move at 0.20 m/s, 0.00 rad/s, and for 3 s its odometry"
     )
     wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
 
@@ -569,6 +588,7 @@ def test_what_comes_before_the_start_is_no_part_of_a_record(team, tmp_path, fram
     # Put back on its mark, with its driver started again.
     team.ros.stop(joystick)
     team.ros.stop(team.robots[1])
+    time.sleep(RESTART)
     team.robot(1, name="again")
     wait_until(lambda: "robot1: the odometry jumped" in log_of(control))
     assert "recording" not in log_of(record)
@@ -694,13 +714,13 @@ def test_a_law_stops_by_rosarias_sonar_and_never_moves_on_a_stale_one(team):
     team.probe.wait("newest['/robot1/RosAria/pose'].twist.twist.linear.x == 0.0")
     assert 0.33 < team.odometry(1)[0] < 0.7
     team.probe.ask("bool(rospy.ServiceProxy('/robot2/RosAria/lose_sonar', Empty)())")
+    check = begin_preflight(team, "--protocol", team.law, sonars, limit=1, n=2)
     assert "robot1" not in team.trouble("no fresh sonar of robot2 (2.")
     team.at_rest((1, 2))
     assert team.probe.ask("control('stale')") == [2]
     assert team.probe.ask("control('running')") is False  # real robots go on when they are told to
-    check = team.node("preflight", "--protocol", team.law, sonars, "_time_limit:=1", n=2)
-    assert check.wait(PATIENCE) == 1
-    assert "sensors heard" in log_of(check) and "no fresh sonar of robot2" in log_of(check)
+    code, text = end_preflight(check)
+    assert code == 1 and "sensors heard" in text and "no fresh sonar of robot2" in text
     wait_until(lambda: "robots stopped: no fresh sonar of robot2" in log_of(control))
 
 
@@ -712,18 +732,20 @@ def test_the_same_law_stops_by_p2os_sonar(ros, team):
     topics = "_odom_topic:=/robot{}/pose", "_cmd_vel_topic:=/robot{}/cmd_vel"
     motors = "_enable_motors:=/robot{}/cmd_motor_state p2os_msgs/MotorState"
     known = "--scenario", team.scenario, "--protocol", team.law, "--odometry", "wheel"
-    second = ros.node("preflight", *known, "--robots", 2, *topics, "_time_limit:=8", name="check")
-    assert second.wait(PATIENCE) == 1
-    assert (
-        "robot2 (never received, refused: no distances: is the driver's parameter use_sonar true?)"
-        in (log_of(second))
-    )
-    assert "robot1 (never" not in log_of(second)
+    for number in (1, 2):
+        team.probe.ask("listen('/robot{}/pose', Odometry)".format(number))
+    team.probe.wait("all('/robot%d/pose' % n in newest for n in (1, 2))")
+    second = ros.node("preflight", *known, "--robots", 2, *topics, "_time_limit:=5", name="check")
     ros.node("pioneer_control", *known, "--robots", 1, AT_ONCE, *topics, motors)
-    team.probe.ask("listen('/robot1/pose', Odometry)")
     team.probe.ask("listen('/robot1/cmd_vel', Twist)")
     driven = "newest['/robot1/pose'].pose.pose.position.x"
     team.probe.wait("'/robot1/pose' in newest and {} > 0.1".format(driven))
     team.probe.wait("newest['/robot1/cmd_vel'].linear.x == 0.0")
     team.probe.wait("newest['/robot1/pose'].twist.twist.linear.x == 0.0")
     assert 0.33 < team.probe.ask(driven) < 0.7
+    assert second.wait(PATIENCE) == 1
+    assert (
+        "robot2 (never received, refused: no distances: is the driver's parameter use_sonar true?)"
+        in (log_of(second))
+    )
+    assert "robot1 (never" not in log_of(second)

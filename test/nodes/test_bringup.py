@@ -422,7 +422,7 @@ def test_a_run_is_judged_by_the_top_speed_that_its_control_keeps(ros, tmp_path):
     given = "--scenario", os.path.join(ROOT, "scenarios", "paper_four.yaml"), "_lockstep:=true"
     ros.node("stage", *given, "_speed:=0", "_wait_for_recorders:=1", "_wait_for_control:=true")
     ros.node("pioneer_control", *given, "_v_max:=0.2")
-    record = ros.node("record", *given[:2], "--out", tmp_path, "--duration", 3, "_v_max:=0.2")
+    record = ros.node("record", *given[:2], "--out", tmp_path, "--duration", 3)
     verdict = ros.judged(record, tmp_path, PATIENCE)
     recorded = load_scenario(str(tmp_path / "scenario.yaml"))
     assert recorded.limits.v_max == 0.2

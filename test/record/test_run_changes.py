@@ -1,5 +1,7 @@
 """What a controller obeyed during a run: its record, and verdicts on runs with changes on the way."""
 
+import json
+
 import numpy as np
 import pytest
 from protocol_fixtures import shipped
@@ -68,6 +70,12 @@ def test_the_message_carries_it_and_refuses_anything_else():
     message = control_scenario(obeyed)
     message.header.stamp.secs = 3
     assert read_control_scenario(message) == (3.0, obeyed)
+    message.obeyed = json.dumps(dict(obeyed, top_speeds={"v_max": 0.25}))
+    assert read_control_scenario(message)[1]["top_speeds"] == {"v_max": 0.25}
+    for speeds in ('{"v_max": "fast"}', '{"v_max": NaN}', '{"v_max": -1.0}', '{"v": 1.0}', "[]"):
+        message.obeyed = '{{"top_speeds": {}}}'.format(speeds)
+        with pytest.raises(MessageError, match="top_speeds: .* wanted numbers of at least 0 for"):
+            read_control_scenario(message)
     for wrong in ("", "[]", "3", '{"poses": []}', '"control"', "[" * 100000):
         message.obeyed = wrong
         with pytest.raises(MessageError):
@@ -93,6 +101,18 @@ def test_a_scenario_takes_what_stage_and_controller_have_otherwise():
 def test_a_scenario_that_ran_as_it_stands_stays_as_it_is():
     edited = shipped("formation_mixed", title="Mine")
     assert what_ran(edited, portable(edited)[0], controller_settings(edited)) == (edited, "")
+
+
+def test_no_robot_is_faster_than_its_controller_lets_it():
+    mine, speeds = shipped("consensus"), {"v_max": 0.25}
+    record = ControllerRecord()
+    record.note(0.0, dict(controller_settings(mine), top_speeds=speeds))
+    record.note(2.0, dict(controller_settings(mine), top_speeds={"v_max": 0.1}))
+    obeyed, changes = record.during(1.0, 3.0)
+    ran, unknown = what_ran(mine, portable(mine)[0], obeyed)
+    assert (ran.limits.v_max, unknown, changes) == (0.25, "", [])
+    assert ran == mine._replace(limits=ran.limits)
+    assert what_ran(ran, portable(mine)[0], obeyed).scenario.limits == ran.limits
 
 
 def test_a_law_that_a_topic_names_is_named_and_runs_no_code(tmp_path):

@@ -8,6 +8,8 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 
 # Keys that the controller uses; the rest is the stage's.
 CONTROLLER_KEYS = ("control", "topology", "links", "estimates", "seed")
+# What a controller may keep below any limits: the highest speeds [m/s, rad/s], those given alone.
+TOP_SPEEDS, SPEEDS = "top_speeds", ("v_max", "omega_max")
 MOST_WORDS = 40  # [characters] of a value in a message
 MOST_LISTED = 3  # [-] changes that a text names
 
@@ -87,7 +89,8 @@ class ControllerRecord:
             if stamp > end:
                 break
             for key, value in differences(before, after).items():
-                changes.append(Change(round(stamp - begin, 9), key, value))
+                if key in CONTROLLER_KEYS:
+                    changes.append(Change(round(stamp - begin, 9), key, value))
             before = after
         return first, changes
 

@@ -62,11 +62,7 @@ def slower(scenario):
     Its limits are lowered to the highest speeds, and its dead band is that of ``~deadband``.
     """
     deadband = read(DEADBAND, scenario.control.deadband)
-    return with_top_speeds(scenario._replace(control=scenario.control._replace(deadband=deadband)))
-
-
-def with_top_speeds(scenario):
-    """Return ``scenario`` with its limits lowered to the highest speeds."""
+    scenario = scenario._replace(control=scenario.control._replace(deadband=deadband))
     speeds = top_speeds(scenario.n)
     if speeds == (math.inf, math.inf):
         return scenario

@@ -1,11 +1,13 @@
 """The status, the scenario in force and the diagnostics of a control node."""
 
+import math
 import time
 
 import rospy
 
+from mrs_simulator.nodes.control.guards import top_speeds
 from mrs_simulator.protocols.loading import from_anywhere
-from mrs_simulator.record.run_changes import controller_settings
+from mrs_simulator.record.run_changes import SPEEDS, TOP_SPEEDS, controller_settings
 from mrs_simulator.ros.message_forms.messages import (
     ControlScenario,
     ControlStatus,
@@ -82,8 +84,10 @@ class ObeyedPublisher:
     """
 
     def __init__(self, scenario):
-        """``scenario``: the control's, with its rate and saturation."""
+        """``scenario``: the control's, with its rate and saturation, before its highest speeds."""
         self._scenario, self._last = from_anywhere(scenario), None
+        speeds = zip(SPEEDS, top_speeds(scenario.n))
+        self._speeds = {name: each for name, each in speeds if math.isfinite(each)}
         self._publisher = rospy.Publisher("~scenario", ControlScenario, queue_size=10, latch=True)
 
     def note(self, law, now, begins):
@@ -97,6 +101,7 @@ class ObeyedPublisher:
         scenario = self._scenario._replace(control=control)
         if topology is not None:
             scenario = scenario._replace(topology=topology)
-        message = control_scenario(controller_settings(scenario))
+        speeds = {TOP_SPEEDS: self._speeds} if self._speeds else {}
+        message = control_scenario({**controller_settings(scenario), **speeds})
         message.header.stamp = rospy.Time(0, int(round(1e9 * now)))
         self._publisher.publish(message)

@@ -13,7 +13,7 @@ from std_msgs.msg import String
 
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.step_rates import on_steps
-from mrs_simulator.nodes.control.guards import slower, with_top_speeds
+from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.nodes.record.sensor_source import SensorSource
 from mrs_simulator.protocols.loading import from_anywhere
@@ -283,7 +283,6 @@ class RunRecorder:
         meta.update({"changes": to_plain(changes)} if changes else {})
         meta.update({"unknown_law": unknown} if unknown else {})
         if ran is not before:
-            ran = with_top_speeds(ran)  # the stage knows nothing of the control's
             same = ran.control.protocol == from_anywhere(before).control.protocol
             law = type(self.control) if same else None
             self.scenario, self.control = ran, None if unknown else make_control(ran, law)

@@ -29,7 +29,7 @@ from mrs_simulator.msg import (
     TeamState,
 )
 from mrs_simulator.record.recording import Collision as RunCollision
-from mrs_simulator.record.run_changes import CONTROLLER_KEYS
+from mrs_simulator.record.run_changes import CONTROLLER_KEYS, SPEEDS, TOP_SPEEDS
 from mrs_simulator.scenario.incidents import DESCRIPTIONS
 from mrs_simulator.scenario.incidents import Incident as RunIncident
 from mrs_simulator.state.columns import (
@@ -396,7 +396,7 @@ def read_control_status(message):
 
 
 def control_scenario(obeyed):
-    """Return the ``ControlScenario`` of ``obeyed``, plain values by ``CONTROLLER_KEYS``."""
+    """Return the ``ControlScenario`` of ``obeyed``, plain values by ``CONTROLLER_KEYS``, ``TOP_SPEEDS``."""
     return ControlScenario(obeyed=json.dumps(obeyed, default=float))
 
 
@@ -405,15 +405,25 @@ def read_control_scenario(message):
 
     Raises ``MessageError`` for anything else.
     """
+    known = *CONTROLLER_KEYS, TOP_SPEEDS
     try:
         obeyed = json.loads(message.obeyed)
-        unknown = set(obeyed).difference(CONTROLLER_KEYS)
+        unknown = set(obeyed).difference(known)
     except (ValueError, TypeError, RecursionError) as error:
         raise MessageError("obeyed: no JSON of a scenario's keys: {}".format(error)) from None
     if unknown or not isinstance(obeyed, dict):
         text = "obeyed: {:.60}, wanted a mapping of {}"
-        raise MessageError(text.format(repr(obeyed), ", ".join(CONTROLLER_KEYS)))
+        raise MessageError(text.format(repr(obeyed), ", ".join(known)))
+    _check_speeds(obeyed.get(TOP_SPEEDS, {}))
     return message.header.stamp.to_sec(), obeyed
+
+
+def _check_speeds(speeds):
+    """Raise ``MessageError`` unless ``speeds`` are of ``SPEEDS``, none of them below 0."""
+    named = isinstance(speeds, dict) and set(speeds) <= set(SPEEDS)
+    if not named or not all(type(each) is float and each >= 0.0 for each in speeds.values()):
+        text = "obeyed: {}: {:.60}, wanted numbers of at least 0 for {}"
+        raise MessageError(text.format(TOP_SPEEDS, repr(speeds), ", ".join(SPEEDS)))
 
 
 def _targets(message):

@@ -1,6 +1,5 @@
 """Nothing old, impossible or doubled is believed: asserted from what the robots are sent."""
 
-import json
 import sys
 import xmlrpc.client
 
@@ -42,7 +41,7 @@ def real(ros, law):
     probe = ros.probe()
     probe.ask("listen('/robot1/cmd_vel', Twist) and stand_in(1, [0.0, 0.0, 0.0])")
     given = ["_autostart:=true", "_resume:=true", "_stuck_time:=0", "_frozen_time:=0"]
-    given += ["_odom_timeout:=1"]  # the machine may be busy
+    given += ["_odom_timeout:=0.4"]  # a busy machine may hold it up: it goes on by itself
     ros.node("pioneer_control", "--robots", 1, "--protocol", law, *given)
     probe.wait("(sent(1) or [0])[0] == 0.3")
     return probe
@@ -135,14 +134,14 @@ def test_a_second_stage_does_not_start_and_another_ones_odometry_stops_the_robot
     probe.ask("stand_in(2, [1.0, 0.0, 0.0])")
     probe.wait("'/probe' in {0} and '/stage both publish /robot2/odom' in {0}".format(TROUBLE))
     at_rest(probe)
-    assert second.wait(PATIENCE) == 2
-    assert "/stage publishes it already" in log_of(second) and "Traceback" not in log_of(second)
     probe.ask("release()")
     moving(probe, 2)
     # Somebody else's commands: the stage obeys neither.
     probe.ask("drive([1], -0.5, 0.0)")
     probe.wait("'/pioneer_control and /probe' in status('trouble')")
     at_rest(probe)
+    assert second.wait(PATIENCE) == 2  # it has waited for the end of the other
+    assert "/stage publishes it already" in log_of(second) and "Traceback" not in log_of(second)
 
 
 def test_real_robots_stand_until_they_are_started(ros, law):
@@ -167,8 +166,7 @@ def test_a_reset_ends_the_recorded_run(ros, law, tmp_path):
     moving(probe, 2)
     probe.wait("abs(state('x')[0] - 9.95) > 0.5")
     assert probe.ask("call('/stage/reset', Trigger)")[0]
-    assert record.wait(PATIENCE) == 1
-    verdict = json.loads((tmp_path / "run" / "verdict.json").read_text())
+    verdict = ros.judged(record, tmp_path / "run")
     assert verdict["ended"] == "the stage was reset, or given another team"
     assert not verdict["passed"]
     run = read_run_csv(str(tmp_path / "run" / "run.csv"))

@@ -191,20 +191,21 @@ def test_lockstep_gives_the_same_bytes_when_hindered_and_after_a_stall(ros, tmp_
     if fidelity == "kinematic":
         real_time = "_speed:=1"  # or the run would be over before it stalls
         table = tmp_path / "stalled" / "run.csv"
-        stalled = functools.partial(stalling, table)
+        stalled = functools.partial(stalling, ros, table)
         assert recorded(ros, table.parent, real_time, hindrance=stalled) == freely
 
 
 @contextlib.contextmanager
-def stalling(table, nodes):
+def stalling(ros, table, nodes):
     """Stop the stage, once some of its run is recorded, until the control takes it for dead.
 
     The zeros of the control must not count as an answer.
     """
-    stage, control, _ = nodes
+    stage, *_ = nodes
+    probe = ros.probe()
     wait_until(lambda: table.exists() and table.stat().st_size > 2000)
     stage.send_signal(signal.SIGSTOP)
-    wait_until(lambda: "/clock is silent" in log_of(control))
+    probe.wait("'/clock is silent' in control('trouble')")
     stage.send_signal(signal.SIGCONT)
     yield
 
@@ -414,7 +415,7 @@ def test_a_run_in_lockstep_has_the_bytes_of_one_without_ros(ros, tmp_path):
     run_experiment(load_scenario(given), str(tmp_path / "alone"), formats=())
     over, alone = (text_of(tmp_path / name / "run.csv") for name in ("over", "alone"))
     assert over == alone and over.count("\n") == 1 + 3 * 31
-    assert reproduce(str(tmp_path / "over")) == 0
+    assert reproduce(str(tmp_path / "over" / "run.csv")) == 0
 
 
 def test_a_run_is_judged_by_the_top_speed_that_its_control_keeps(ros, tmp_path):

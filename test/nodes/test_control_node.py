@@ -407,7 +407,7 @@ def test_bad_arguments_are_said(ros, arguments, said):
 def test_a_law_that_holds_the_interpreter_is_given_up_and_started_again(ros, law, tmp_path):
     ros.node("stage", "--robots", 2, "_cmd_vel_timeout:=1000")
     path = law(HOLDING.format(str(tmp_path)))
-    control = ros.node("pioneer_control", "--robots", 2, "--protocol", path, "_law_limit:=4")
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", path, "_law_limit:=3")
     probe = ros.probe()
     moving(probe, 2)
     wait_until(lambda: "targets: SystemExit: no targets" in log_of(control))

@@ -5,6 +5,7 @@ import re
 import signal
 import stat
 import sys
+import time
 import xml.etree.ElementTree as ElementTree
 import xmlrpc.client
 
@@ -85,7 +86,7 @@ class Bench:
     def launch(self, *arguments):
         """Start the launch file; return when the controller waits for its start."""
         given = ["{}:={}".format(key, self.directory / file) for key, file in FILES.items()]
-        command = "mrs_simulator", self.name + ".launch", "robots:=2", "odom_timeout:=5", *PATIENT
+        command = "mrs_simulator", self.name + ".launch", "robots:=2", "odom_timeout:=3", *PATIENT
         self.process = self.ros.launch(*command, *given, *arguments)
         self.probe = self.ros.probe()
         for number in (1, 2):
@@ -107,13 +108,13 @@ class Bench:
         """Wait until both robots have gone so far [m]."""
         wait_until(lambda: min(self.x(1), self.x(2)) > distance)
 
-    def stands(self, number):
-        """Wait until robot ``number`` says for a while that it is where it was."""
+    def stand(self, *numbers):
+        """Wait until robots say for a while that they are where they were."""
 
         def still():
-            before = self.x(number)
-            self.probe.ask("time.sleep(0.5)")
-            return abs(self.x(number) - before) < 2e-3
+            before = [self.x(number) for number in numbers]
+            time.sleep(0.5)
+            return all(abs(self.x(n) - x) < 2e-3 for n, x in zip(numbers, before))
 
         wait_until(still)
 
@@ -140,8 +141,7 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
     )
     assert "robot2/odom" in frames
     assert bench.probe.ask(STOP)[0]
-    bench.stands(1)
-    bench.stands(2)
+    bench.stand(1, 2)
     bench.start()
     bench.far(max(bench.x(1), bench.x(2)) + 0.1)
     control = bench.pid("/pioneer_control")
@@ -151,7 +151,7 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
         if bench.name == "p2os":  # which has no watchdog; the robot's own waits for 2 s
             # Each by itself: one that began later need not come up with the other within these.
             wait_until(lambda: all(bench.x(number) > where[number] + 0.1 for number in where))
-        bench.stands(1)  # a TurtleBot3's board waits for 0.5 s
+        bench.stand(1)  # a TurtleBot3's board waits for 0.5 s
     finally:
         os.kill(control, signal.SIGCONT)
     # What drivers print goes to the log, and what stopped a robot stays on the screen.
@@ -159,7 +159,7 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
     # A driver that loses its robot is silent, and all stop.
     assert bench.probe.ask("switch('/robot2/{}/lose_link')".format(bench.node))
     bench.probe.wait("control('stale') == [2] and not control('running')")
-    bench.stands(1)
+    bench.stand(1)
 
 
 def test_the_motors_of_p2os_are_switched_on_by_a_start(ros, tmp_path):
@@ -170,7 +170,7 @@ def test_the_motors_of_p2os_are_switched_on_by_a_start(ros, tmp_path):
     bench.far(0.05)
     ros.python(MOTORS_OFF, HERE)  # as by an emergency button
     bench.probe.wait("'robot2 stopped: its motors are off' in (control('trouble') or '')")
-    bench.stands(2)
+    bench.stand(2)
     assert bench.probe.ask("control('running')")
     bench.start()
     bench.far(bench.x(2) + 0.05)

@@ -17,6 +17,7 @@ from mrs_simulator.vehicles import Team
 FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))
 
 PRESET = "_preset:=rosaria"
+FAST = "_speed:=3"  # as far as commands at 20 Hz of wall time come before the driver's watchdog
 TOP_TURN = math.radians(100.0)  # [rad/s]
 
 
@@ -69,7 +70,7 @@ def test_the_sensors_are_what_the_driver_tells():
 
 
 def test_odometry_and_topics_are_the_drivers(ros):
-    _, probe = start(ros, "--robots", 1, PRESET)
+    _, probe = start(ros, "--robots", 1, PRESET, FAST)
     probe.ask("listen('/robot1/odom', Odometry)")
     odom = probe.wait("odom(1)")
     assert {tuple(each) for each in probe.ask("rospy.get_published_topics('/robot1')")} >= {
@@ -134,7 +135,7 @@ def test_the_watchdog_looks_every_tenth_of_a_second(ros):
 
 
 def test_disabled_motors_ignore_commands_and_odometry_goes_on(ros):
-    _, probe = start(ros, "--robots", 2, PRESET)
+    _, probe = start(ros, "--robots", 2, PRESET, FAST)
     probe.ask("[listen('/robot{}/motors_state'.format(n), Bool) for n in (1, 2)]")
     probe.ask("listen('/robot1/odom', Odometry) and drive([1, 2], 0.3, 0.0)")
     probe.wait("plain('/robot1/motors_state').get('data')")

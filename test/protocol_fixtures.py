@@ -21,13 +21,18 @@ def shipped(name, parameters=None, rate=None, **changes):
     return scenario.changed(control=control, **changes)
 
 
-# Of a shipped scenario's duration: enough for theory to speak of all; before a release the whole.
-SHARES = pytest.mark.parametrize("share", [0.6, pytest.param(1.0, marks=pytest.mark.release)])
+def ended_early(shares):
+    """Parametrise by the ``name`` of a shipped scenario and the ``share`` of its duration that is run.
+
+    ``shares``: that by name, enough for theory to speak of all; before a release the whole as well.
+    """
+    whole = [pytest.param(name, 1.0, marks=pytest.mark.release) for name in shares]
+    return pytest.mark.parametrize("name, share", [*shares.items(), *whole])
 
 
-def part_of_shipped(name, share):
+def part_of_shipped(name, share, **changes):
     """Return the shipped scenario, ended after this share of its duration."""
-    scenario = shipped(name)
+    scenario = shipped(name, **changes)
     return scenario._replace(duration=share * scenario.duration)
 
 

@@ -149,8 +149,11 @@ def gui(ros, tmp_path):
     return run
 
 
-def quiet_study(scenario, processes=None):
-    """Return the whole GUI with nothing behind it but ``processes``, if given, and timers that stand."""
+def quiet_study(scenario, processes=None, autosave=None, draws_curves=False):
+    """Return the whole GUI with nothing behind it but ``processes``, if given, and timers that stand.
+
+    ``autosave``: where its edits are kept; ``draws_curves``: empty ones cost as much as all else shown.
+    """
     from unittest.mock import MagicMock
 
     from PyQt5.QtCore import QTimer  # not for the tests without widgets
@@ -169,11 +172,14 @@ def quiet_study(scenario, processes=None):
         processes.is_running.return_value, processes.age.return_value = False, 0.0
         processes.take_ended.return_value, processes.code.return_value = [], None
         processes.output.return_value, processes.is_ending.return_value = "", False
-    widget = StudyWidget(connection, processes, scenario)
+    widget = StudyWidget(connection, processes, scenario, autosave)
     HELD.append(widget)
     widget.study.shelf.home = os.path.join(tempfile.gettempdir(), "no shelf")
     for timer in widget.findChildren(QTimer):
         timer.stop()
+    if not draws_curves:
+        widget.curves.timer.timeout.disconnect()  # it is started once they are shown
+        widget.curves.canvas.draw = lambda: None
     return widget
 
 

@@ -9,13 +9,13 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
+from gui_fixtures import quiet_study
 from gui_fixtures import shown as active
 from PyQt5.QtCore import Qt, QTimer
 from PyQt5.QtTest import QTest
 
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
-from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -30,21 +30,9 @@ def make_study(app, tmp_path, no_predictions):
     made = []
 
     def make():
-        connection = MagicMock(master_online=False)
-        connection.snapshot.return_value = connection.newest.return_value = None
-        connection.is_fresh.return_value, connection.silence.return_value = False, None
-        connection.registered = frozenset()
-        for take in (connection.take_samples, connection.take_results, connection.take):
-            take.return_value = []
-        processes = MagicMock()
-        processes.is_running.return_value, processes.age.return_value = False, 0.0
-        processes.take_ended.return_value = []
-        scenario = scenario_from_dict({"poses": POSES})
-        widget = StudyWidget(connection, processes, scenario, Autosave(str(tmp_path / "edits")))
-        for timer in widget.findChildren(QTimer):
-            timer.stop()
-        made.append(widget)
-        return widget
+        edits = Autosave(str(tmp_path / "edits"))
+        made.append(quiet_study(scenario_from_dict({"poses": POSES}), autosave=edits))
+        return made[-1]
 
     yield make
     for widget in made:
@@ -274,21 +262,20 @@ def test_neither_a_banner_nor_a_mode_moves_the_map(make_study, app):
     assert study.map_panel.help.isHidden() and study.map_panel.hint.isHidden()
 
 
-@pytest.mark.parametrize("width", [1366, 1000, 700, 480])
-def test_a_hint_lies_above_the_fields_of_its_mode_however_many_rows_they_have(
-    make_study, app, width
-):
-    study = active(make_study(), width, 768)
-    study.modes["obstacles"].setChecked(True)
+def test_a_hint_lies_above_the_fields_of_its_mode_however_many_rows_they_have(make_study, app):
+    study = active(make_study(), 1000, 768)
     help, hint = study.map_panel.help, study.map_panel.hint
-    for wide in (width, 560, 1366, width):
-        study.resize(wide, 768)
+    for width in (1000, 560, 1366, 700, 480, 1366):
+        study.resize(width, 768)
         app.processEvents()
+        study.modes["look"].setChecked(True)
+        study.modes["obstacles"].setChecked(True)
         assert hint.geometry().bottom() < help.geometry().top()
-        assert hint.height() >= hint.heightForWidth(hint.width())
-    study.modes["look"].setChecked(True)
-    study.modes["obstacles"].setChecked(True)
-    assert hint.geometry().bottom() < help.geometry().top()
+        for wide in (width + 100, width):
+            study.resize(wide, 768)
+            app.processEvents()
+            assert hint.geometry().bottom() < help.geometry().top()
+            assert hint.height() >= hint.heightForWidth(hint.width())
 
 
 def test_the_hint_on_edges_says_what_an_edge_of_this_graph_is(make_study, app):

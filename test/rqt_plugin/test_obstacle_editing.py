@@ -239,27 +239,24 @@ def test_undo_and_redo_go_back_and_forth_and_end_with_another_scenario(study):
 # Numbers
 
 
-@pytest.mark.parametrize(
-    "name, text, value, said",
-    [
+def test_numbers_are_typed_and_wrong_ones_refused(study):
+    study.map.editor.select("crate")
+    for name, text, value, said in (
         ("x", "-1.25", -1.25, ""),
         ("yaw", "30", np.radians(30.0), ""),
         ("length", "two", 2.0, "length of crate: 'two', wanted a number"),
         ("width", "-1", 1.0, "width of crate: '-1', wanted a number above 0"),
         ("height", "0", 0.5, "height of crate: '0', wanted a number above 0"),
-    ],
-)
-def test_numbers_are_typed_and_wrong_ones_refused(study, name, text, value, said):
-    study.map.editor.select("crate")
-    field = study.map_panel.obstacles.fields[{"length": "size"}.get(name, name)]
-    field.setFocus()
-    field.selectAll()
-    QTest.keyClicks(field, text)
-    QTest.keyClick(field, Qt.Key_Return)
-    assert getattr(named(study)["crate"], name) == pytest.approx(value)
-    assert said in study.messages.toPlainText()
-    shown = np.degrees(value) if name == "yaw" else value
-    assert float(field.text()) == pytest.approx(shown)
+    ):
+        field = study.map_panel.obstacles.fields[{"length": "size"}.get(name, name)]
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, text)
+        QTest.keyClick(field, Qt.Key_Return)
+        assert getattr(named(study)["crate"], name) == pytest.approx(value)
+        assert said in study.messages.toPlainText()
+        shown = np.degrees(value) if name == "yaw" else value
+        assert float(field.text()) == pytest.approx(shown)
 
 
 # When

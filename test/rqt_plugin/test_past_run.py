@@ -38,7 +38,7 @@ REMARK = "last run, before your edits"
 @pytest.fixture
 def study():
     """The GUI after a run that is over, with its verdict."""
-    widget = shown(quiet_study(shipped("consensus", {"gain": 0.2})), 1180, 720)
+    widget = shown(quiet_study(shipped("consensus", {"gain": 0.2}), draws_curves=True), 1180, 720)
     widget.history.before_clearing = lambda: None  # nothing is kept
     widget.course._judge.follow = lambda ran: None  # the verdict is given here
     n = widget.scenario.n

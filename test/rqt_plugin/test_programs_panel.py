@@ -99,12 +99,11 @@ def test_own_programs_survive_a_restart_and_wait_for_a_click(study, tmp_path):
         again.deleteLater()
 
 
-@pytest.mark.parametrize("text", [None, "", "[", "3", '{"a": 1}', '[3, null, "", "\'", "{}"]'])
-def test_settings_that_are_no_commands_are_left_out(study, text):
-    text = text and text.replace("{}", "x" * 5000)
-    study.program_control.programs.take_up(text)
-    assert not any(map(study.program_control.programs.is_users, ("program", "x" * 5000)))
-    assert study.save_settings()["programs"] == "[]"
+def test_settings_that_are_no_commands_are_left_out(study):
+    for text in (None, "", "[", "3", '{"a": 1}', '[3, null, "", "\'", "{}"]'):
+        study.program_control.programs.take_up(text and text.replace("{}", "x" * 5000))
+        assert not any(map(study.program_control.programs.is_users, ("program", "x" * 5000)))
+        assert study.save_settings()["programs"] == "[]"
 
 
 def test_a_program_of_ones_own_is_listed_started_and_its_end_reported(study):
@@ -152,37 +151,30 @@ def test_one_that_runs_is_ended_restarted_and_killed(study):
     assert state(study, name) in ("ended with 1", "interrupted (signal 2)")
 
 
-@pytest.mark.parametrize(
-    "command, said",
-    [
+def test_a_command_that_cannot_be_run_is_refused(study):
+    for command, said in (
         ("", "no command: wanted one such as rosrun"),
         ("rosrun 'open", "No closing quotation"),
         ("no_such_program_here now", "no program 'no_such_program_here' is found"),
-    ],
-)
-def test_a_command_that_cannot_be_run_is_refused(study, command, said):
-    study.programs.command.setText(command)
-    study.programs.add.click()
-    assert said in study.messages.toPlainText()
-    assert len(study.program_control.programs.all()) == 4
+    ):
+        study.programs.command.setText(command)
+        study.programs.add.click()
+        assert said in study.messages.toPlainText()
+        assert len(study.program_control.programs.all()) == 4
 
 
-@pytest.mark.parametrize(
-    "command, names",
-    [
-        ("rosrun mrs_simulator stage --help", ["stage_2"]),
-        ("roslaunch mrs_simulator report.launch", ["report_2"]),
-        ("python3 tools/follow.py fast", ["follow"]),
-        ("python3 -c pass", ["python3"]),
-    ],
-)
-def test_a_program_takes_neither_the_name_nor_the_log_of_the_guis_own(
-    study, monkeypatch, command, names
-):
+def test_a_program_takes_neither_the_name_nor_the_log_of_the_guis_own(study, monkeypatch):
     monkeypatch.setattr("mrs_simulator.rqt_plugin.run.programs.shutil.which", lambda name: name)
-    programs = study.program_control.programs
-    assert programs.add(command) == programs.add(command) == ""  # the same one once
-    assert [p.name for p in programs.all() if programs.is_users(p.name)] == names
+    programs, names = study.program_control.programs, []
+    for command, name in (
+        ("rosrun mrs_simulator stage --help", "stage_2"),
+        ("roslaunch mrs_simulator report.launch", "report_2"),
+        ("python3 tools/follow.py fast", "follow"),
+        ("python3 -c pass", "python3"),
+    ):
+        assert programs.add(command) == programs.add(command) == ""  # the same one once
+        names.append(name)
+        assert [p.name for p in programs.all() if programs.is_users(p.name)] == names
 
 
 def test_the_stage_is_not_started_where_one_runs_elsewhere(study):

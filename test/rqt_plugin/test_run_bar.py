@@ -8,9 +8,9 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from gui_fixtures import PREDICTS, wait_shown
+from gui_fixtures import PREDICTS, quiet_study, wait_shown
 from gui_fixtures import shown as active
-from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QTimer
+from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt
 from PyQt5.QtGui import QKeySequence, QMouseEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
@@ -46,21 +46,7 @@ def app():
 @pytest.fixture
 def study(app, no_predictions):
     """The whole GUI with nothing behind it."""
-    connection = MagicMock(master_online=False)
-    connection.snapshot.return_value = None
-    connection.newest.return_value = None
-    connection.is_fresh.return_value = False
-    connection.silence.return_value = None
-    connection.registered = frozenset()
-    for take in (connection.take_samples, connection.take_results, connection.take):
-        take.return_value = []
-    processes = MagicMock()
-    processes.is_running.return_value = False
-    processes.age.return_value = 0.0
-    processes.take_ended.return_value = []
-    widget = StudyWidget(connection, processes, scenario_from_dict({"poses": POSES}))
-    for timer in widget.findChildren(QTimer):
-        timer.stop()
+    widget = quiet_study(scenario_from_dict({"poses": POSES}))
     yield widget
     widget.close()
     widget.deleteLater()
@@ -291,29 +277,27 @@ def stops(study):
 
 def settings_field(study, tab, name):
     study.settings_tabs.setCurrentIndex(tab)
-    widget = name(study) if callable(name) else study.findChild(QWidget, name)
+    widget = study.findChild(QWidget, name) if isinstance(name, str) else name
+    QApplication.processEvents()  # a new one is shown then
     widget.setFocus()
     widget.selectAll()
     assert widget.hasFocus()
     return widget
 
 
-@pytest.mark.parametrize(
-    "tab, name, typed",
-    [(1, "k", "0.3"), (1, "seed", "5"), (0, lambda study: study.team.number, "3")],
-)
-def test_escape_gives_up_what_is_being_typed_and_stops_nothing(study, tab, name, typed):
-    study.editing.take(scenario_from_dict(FLOCK if name == "seed" else {"poses": POSES}))
-    widget = settings_field(active(study, 1366, 768), tab, name)
-    before = widget.text()
-    QTest.keyClicks(widget, typed)
-    assert widget.text() == typed
-    QTest.keyClick(widget, Qt.Key_F8)  # from everywhere
-    assert stops(study) == 1 and widget.text() == typed
-    QTest.keyClick(widget, Qt.Key_Escape)
-    assert stops(study) == 0 and widget.text() == before
-    QTest.keyClick(widget, Qt.Key_Escape)
-    assert stops(study) == 0
+def test_escape_gives_up_what_is_being_typed_and_stops_nothing(study):
+    for tab, name, typed in ((1, "k", "0.3"), (1, "seed", "5"), (0, study.team.number, "3")):
+        study.editing.take(scenario_from_dict(FLOCK if name == "seed" else {"poses": POSES}))
+        widget = settings_field(active(study, 1366, 768), tab, name)
+        before = widget.text()
+        QTest.keyClicks(widget, typed)
+        assert widget.text() == typed
+        QTest.keyClick(widget, Qt.Key_F8)  # from everywhere
+        assert stops(study) == 1 and widget.text() == typed
+        QTest.keyClick(widget, Qt.Key_Escape)
+        assert stops(study) == 0 and widget.text() == before
+        QTest.keyClick(widget, Qt.Key_Escape)
+        assert stops(study) == 0
 
 
 def test_escape_gives_up_an_edge_that_is_being_drawn(study):
@@ -378,8 +362,7 @@ def test_no_key_is_one_for_editing_nor_given_twice(study):
     assert not [key.toString() for key in keys if key in taken]
 
 
-@pytest.mark.parametrize("what", ["pose", "kind", "parameter", "edge", "obstacle", "robots"])
-def test_keys_undo_and_redo_every_edit(study, what):
+def test_keys_undo_and_redo_every_edit(study):
     active(study, 1366, 768).setFocus()
     obstacles = scenario_from_dict({"poses": POSES, "obstacles": [BOX]}).obstacles
 
@@ -398,15 +381,17 @@ def test_keys_undo_and_redo_every_edit(study, what):
         "robots": lambda: team([*POSES, [6, 0, 0]], ["pioneer3dx"] * 3),
     }
     before = study.scenario.to_yaml()
-    edits[what]()
-    after = study.scenario.to_yaml()
-    assert after != before
-    QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)
-    assert study.scenario.to_yaml() == before and len(study.team.poses()) == 2
-    assert study.team.poses()[0].tolist() == [0.0, 0.0, 0.0]
-    QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)  # there is no more
-    QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier | Qt.ShiftModifier)
-    assert study.scenario.to_yaml() == after
+    for edit in edits.values():
+        edit()
+        after = study.scenario.to_yaml()
+        assert after != before
+        QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)
+        assert study.scenario.to_yaml() == before and len(study.team.poses()) == 2
+        assert study.team.poses()[0].tolist() == [0.0, 0.0, 0.0]
+        QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)  # there is no more
+        QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier | Qt.ShiftModifier)
+        assert study.scenario.to_yaml() == after
+        QTest.keyClick(study, Qt.Key_Z, Qt.ControlModifier)
 
 
 def test_a_field_that_is_being_edited_undoes_its_own_text(study):
@@ -505,13 +490,13 @@ def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(stu
     assert wait_until(theory)[1][0] > 0.0
 
 
-@pytest.mark.parametrize("what", ["trails", "targets", "edges", "numbers", "sensors"])
-def test_the_maps_buttons_hide_what_they_name_and_show_it_again(study, what):
-    button, first = study.shown[what], dict(study.map.shown)
-    assert button.isChecked() == first[what] == (what != "sensors")
-    for shown_ in (not first[what], first[what]):
-        button.click()
-        assert study.map.shown == dict(first, **{what: shown_})
+def test_the_maps_buttons_hide_what_they_name_and_show_it_again(study):
+    for what in ("trails", "targets", "edges", "numbers", "sensors"):
+        button, first = study.shown[what], dict(study.map.shown)
+        assert button.isChecked() == first[what] == (what != "sensors")
+        for shown_ in (not first[what], first[what]):
+            button.click()
+            assert study.map.shown == dict(first, **{what: shown_})
 
 
 def boxes(app, layout, width):
@@ -577,49 +562,45 @@ def type_duration(study, text, key=Qt.Key_Return):
     return field
 
 
-@pytest.mark.parametrize(
-    "text, seconds", [("20", 20), ("7.5 s", 7.5), ("1.5min", 90), ("0.05 h", 180), ("0.02", 0.02)]
-)
-def test_a_typed_duration_is_that_of_the_scenario_and_undone(app, study, text, seconds):
+def test_a_typed_duration_is_that_of_the_scenario_and_undone(app, study):
     active(study, 1022, 700)
     study.status_line.show_possible()
-    field, before = type_duration(study, text), 60.0
-    assert study.scenario.duration == seconds
-    assert field.text() == "{:g} s".format(seconds)
-    assert "duration: {}\n".format(float(seconds)) in study.save_settings()["scenario"]
-    study.bar.undo_asked.emit()
-    study.status_line.show_possible()
-    assert study.scenario.duration == before and field.text() == "60 s"
-    study.bar.redo_asked.emit()
-    assert study.scenario.duration == seconds
+    typed = {"20": 20, "7.5 s": 7.5, "1.5min": 90, "0.05 h": 180, "0.02": 0.02}
+    for text, seconds in typed.items():
+        field, before = type_duration(study, text), 60.0
+        assert study.scenario.duration == seconds
+        assert field.text() == "{:g} s".format(seconds)
+        assert "duration: {}\n".format(float(seconds)) in study.save_settings()["scenario"]
+        study.bar.undo_asked.emit()
+        study.status_line.show_possible()
+        assert study.scenario.duration == before and field.text() == "60 s"
+        study.bar.redo_asked.emit()
+        assert study.scenario.duration == seconds
+        study.bar.undo_asked.emit()
 
 
-@pytest.mark.parametrize(
-    "text, why",
-    [
-        ("1,5", "with a point in place of the comma"),
-        ("0", "wanted a number from 0.02 to 100000 [s]"),
-        ("0.01", "wanted a number from 0.02 to 100000 [s]"),
-        ("30 h", "wanted a number from 0.02 to 100000 [s]"),
-        ("nan", "wanted a number from 0.02 to 100000 [s]"),
-        ("long", "wanted a number of seconds, such as 20, 1.5 min or 1 h"),
-        ("", "wanted a number of seconds, such as 20, 1.5 min or 1 h"),
-    ],
-)
-def test_a_refused_duration_is_said_and_nothing_starts(app, study, text, why):
+BETWEEN = "wanted a number from 0.02 to 100000 [s]"
+SECONDS = "wanted a number of seconds, such as 20, 1.5 min or 1 h"
+REFUSED = {"1,5": "with a point in place of the comma", "long": SECONDS, "": SECONDS}
+REFUSED.update(dict.fromkeys(("0", "0.01", "30 h", "nan"), BETWEEN))
+
+
+def test_a_refused_duration_is_said_and_nothing_starts(app, study):
     active(study, 1022, 700)
     study.status_line.show_possible()
-    field = type_duration(study, text)
-    assert study.scenario.duration == 60.0 and why in study.banners.text("error")
-    assert field.text() == text and why in field.toolTip()
-    study.whole.begin = MagicMock(return_value="")
-    study.bar.asked.emit("run")
-    assert not study.whole.begin.called and why in study.banners.text("error")
-    field.setFocus()
-    QTest.keyClick(field, Qt.Key_Escape)
-    assert field.text() == "60 s" and not field.why
-    study.bar.asked.emit("run")
-    assert study.whole.begin.called
+    for text, why in REFUSED.items():
+        assert not study.banners.text("error")
+        field = type_duration(study, text)
+        assert study.scenario.duration == 60.0 and why in study.banners.text("error")
+        assert field.text() == text and why in field.toolTip()
+        study.whole.begin = MagicMock(return_value="")
+        study.bar.asked.emit("run")
+        assert not study.whole.begin.called and why in study.banners.text("error")
+        field.setFocus()
+        QTest.keyClick(field, Qt.Key_Escape)
+        assert field.text() == "60 s" and not field.why
+        study.bar.asked.emit("run")
+        assert study.whole.begin.called
 
 
 def test_a_duration_is_shown_as_it_is_in_force_but_while_it_is_typed(app, study):

@@ -39,7 +39,7 @@ def sample(n, row):
 @pytest.fixture
 def study():
     application = QApplication.instance() or QApplication([])
-    widget = quiet_study(load_scenario(scenario_path("paper_four")))
+    widget = quiet_study(load_scenario(scenario_path("paper_four")), draws_curves=True)
     widget.history.before_clearing = lambda: None  # nothing is kept
     for row in range(SAMPLES):
         widget.history.append(sample(4, row))

@@ -26,6 +26,7 @@ FARTHEST = 10.0  # [-] of the extent, beyond which an equilibrium is not reporte
 ALIKE = 1e-3  # [-] of the largest eigenvalue, by which those of one equilibrium may differ
 AT_REST = 1e-9  # [-] of the first velocity, at an equilibrium
 NEAR = 1e-5  # [-] of the extent, of a last Newton step to it
+AT_ONCE = 500  # states of one question, each of which is to be answered in time
 CHANCE = "chance"  # what a law's velocities may depend on
 
 
@@ -46,13 +47,14 @@ class Probe:
     def at(self, points, theta=None, time=0.0, fresh=True):
         """Return the velocities at ``points`` (k, n, d), with random headings unless ``theta`` is given.
 
-        ``fresh``: each by a new instance of the law; else in turn by one.
+        ``fresh``: each by a new instance of the law; else ``AT_ONCE`` in turn by one.
         """
         points = np.asarray(points, dtype=float)
         if theta is None:
             theta = self.random.uniform(-np.pi, np.pi, points.shape[:2])
         self.asked += len(points)
-        return self._ask(points, theta, time, fresh)
+        parts = (slice(i, i + AT_ONCE) for i in range(0, len(points), AT_ONCE))
+        return np.concatenate([self._ask(points[i], theta[i], time, fresh) for i in parts])
 
     def states(self, scale, count):
         """Return random states (count, n, d), spread over ``scale`` times the team's extent."""
@@ -179,11 +181,23 @@ def _receives(probe):
 
 def jacobian(probe, state):
     """Return the derivative (n d, n d) [1/s] of the velocities at ``state`` (n, d), by differences."""
+    return _tangents(probe, state[np.newaxis])[1][0]
+
+
+def _tangents(probe, states):
+    """Return the velocities (k, n, d) at ``states`` (k, n, d), and their derivatives (k, n d, n d) [1/s].
+
+    All are asked for at once, as a question to another process takes longer than its answer.
+    """
     size, count = DIFFERENCE * probe.extent, probe.start.size
     offsets = size * np.eye(count).reshape(count, *probe.start.shape)
-    theta = np.zeros((count, probe.n))
-    ahead, behind = (probe.at(state + sign * offsets, theta, fresh=False) for sign in (1.0, -1.0))
-    return ((ahead - behind) / (2.0 * size)).reshape(count, count).T
+    around = np.concatenate([0.0 * offsets[:1], offsets, -offsets])
+    points = (states[:, np.newaxis] + around).reshape(-1, *probe.start.shape)
+    velocity = probe.at(points, np.zeros(points.shape[:2]), fresh=False)
+    velocity = velocity.reshape(len(states), len(around), count)
+    ahead, behind = velocity[:, 1 : count + 1], velocity[:, count + 1 :]
+    derivative = np.swapaxes((ahead - behind) / (2.0 * size), 1, 2)
+    return velocity[:, 0].reshape(states.shape), derivative
 
 
 def _is_gradient(derivatives, is_linear):
@@ -221,25 +235,30 @@ def _equilibrium(probe):
             break
     else:
         return None
-    return _rest(probe, state, first)
+    return _rests(probe, [state], first)[0]
 
 
-def _rest(probe, state, first):
-    """Return the equilibrium (n, d) to which Newton's steps lead from ``state``, or None.
+def _rests(probe, states, first):
+    """Return the equilibria (n, d) to which Newton's steps lead from ``states`` (k, n, d), each or None.
 
     ``first`` [m/s]: the velocity of which ``AT_REST`` is rest.
     """
-    theta = np.zeros((1, probe.n))
+    states, found, going = np.array(states), [None] * len(states), np.arange(len(states))
     for _ in range(NEWTON):
-        velocity = probe.at(state[np.newaxis], theta, fresh=False)[0]
-        step = np.linalg.lstsq(jacobian(probe, state), -velocity.ravel(), rcond=1e-6)[0]
-        if np.abs(velocity).max() <= AT_REST * first:
-            # Where velocities rise with a power, as -x^3, they are small before the place is near.
-            return state if np.abs(step).max() <= NEAR * probe.extent else None
-        state = state + step.reshape(state.shape)
-        if not np.isfinite(state).all():
+        tangents = zip(going, *_tangents(probe, states[going]))
+        going = []
+        for i, velocity, derivative in tangents:
+            step = np.linalg.lstsq(derivative, -velocity.ravel(), rcond=1e-6)[0]
+            if np.abs(velocity).max() <= AT_REST * first:
+                # Where velocities rise with a power, as -x^3, they are small before the place is near.
+                found[i] = states[i] if np.abs(step).max() <= NEAR * probe.extent else None
+                continue
+            states[i] += step.reshape(states[i].shape)
+            if np.isfinite(states[i]).all():
+                going.append(i)
+        if not going:
             break
-    return None
+    return found
 
 
 def _equilibria(probe, known):
@@ -249,7 +268,7 @@ def _equilibria(probe, known):
     """
     states = np.concatenate([probe.states(scale, SOUGHT) for scale in SCALES])
     first = max(np.abs(probe.at(states, np.zeros(states.shape[:2]))).max(), 1e-300)
-    rests = [known, *(_rest(probe, state, first) for state in states)]
+    rests = [known, *_rests(probe, states, first)]
     found = []
     for state in rests:
         if state is None or np.abs(state - probe.centre).max() > FARTHEST * probe.extent:

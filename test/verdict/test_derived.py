@@ -19,7 +19,7 @@ CONTENT = {
     "topology": {"preset": "path"},
     "fidelity": "point_mass",
     "limits": "none",
-    "duration": 25,
+    "duration": 15,
     "step": 0.05,
     "control": {"saturation": "none", "rate": 20},
 }
@@ -70,7 +70,7 @@ def test_on_pioneers_it_is_judged_of_the_rest_after_limits(tmp_path):
     ],
 )
 def test_correct_runs_on_robots_of_all_sorts_do_not_fail(changes, tmp_path):
-    content = {"fidelity": "kinematic", "limits": "firmware", "duration": 30, **changes}
+    content = {"fidelity": "kinematic", "limits": "firmware", "duration": 16, **changes}
     content.setdefault("control", {"saturation": "robot"})
     verdict = study(tmp_path, APART.replace("2]", "4]").replace("[2, ", "[4, "), **content).verdict
     assert verdict["outcome"] == "self_consistent", verdict_text(verdict)

@@ -150,7 +150,7 @@ def test_a_mistake_in_the_mapping_of_a_drive_fails(tmp_path, monkeypatch, drive,
 
 
 def test_who_was_slow_is_named_and_the_rest_is_judged(tmp_path):
-    given = of_kinds("paper_four", "pioneer3dx", "robotino3", "turtlebot3_burger")
+    given = of_kinds("paper_four", "pioneer3dx", "robotino3", "turtlebot3_burger", duration=60)
     verdict = verdict_of(given, tmp_path)
     settling = check(verdict, "settling time")
     assert settling["passed"] and "robot2 was at its limits until" in settling["note"], settling
@@ -166,7 +166,7 @@ def test_limits_that_go_on_in_the_judged_rest_are_named(tmp_path):
 
 
 def test_a_robot_too_slow_for_its_leader_is_not_judged(tmp_path):
-    given = of_kinds("leader_follower", "pioneer3dx", "robotino3", "turtlebot3_burger", duration=30)
+    given = of_kinds("leader_follower", "pioneer3dx", "robotino3", "turtlebot3_burger", duration=16)
     verdict = verdict_of(given, tmp_path)
     error = check(verdict, "worst separation error")
     assert error["passed"] is None and "at its limits until" in error["note"], error

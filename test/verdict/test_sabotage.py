@@ -21,6 +21,6 @@ import sabotage  # noqa: E402 (beside the package)
     ],
 )
 def test_a_fault_of_one_robot_is_named(fault, line, said):
-    verdict = sabotage.verdict_of(sabotage.scenario_of("paper_dynamic", 14.0), fault)
+    verdict = sabotage.verdict_of(sabotage.scenario_of("paper_dynamic", 9.0), fault)
     one = check(verdict, line + " of wheels and axes")
     assert one["passed"] is (fault is None) and said in one["note"], one

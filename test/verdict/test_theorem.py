@@ -80,7 +80,7 @@ def check_of(run, beginning):
     return found
 
 
-@pytest.mark.parametrize("duration", [2.0, 100.0, 300.0])
+@pytest.mark.parametrize("duration", [2.0, 100.0, pytest.param(300.0, marks=pytest.mark.release)])
 def test_the_mean_of_a_directed_graph_is_false_of_the_law_itself(duration):
     run = run_of(ToTheMean, DIRECTED, duration)
     found = check_of(run, "final distance")
@@ -90,15 +90,24 @@ def test_the_mean_of_a_directed_graph_is_false_of_the_law_itself(duration):
 
 
 def test_a_false_theorem_fails_whatever_the_robots_do():
-    found = check_of(run_of(ToTheMean, DIRECTED, 30.0, fidelity="kinematic"), "final distance")
+    found = check_of(run_of(ToTheMean, DIRECTED, 8.0, fidelity="kinematic"), "final distance")
     assert found["passed"] is False and "false of the law itself" in found["note"]
 
 
-@pytest.mark.parametrize("wrong", [TwiceAsFast, Faster, Slower])
-def test_a_false_rate_is_false_of_the_law_itself(wrong):
-    for duration in (10.0, 100.0):
-        found = check_of(run_of(wrong, {"preset": "path"}, duration), "decay rate")
-        assert found["passed"] is False and "decays by" in found["note"]
+@pytest.mark.parametrize(
+    "wrong, duration",
+    [
+        (TwiceAsFast, 10.0),
+        (Faster, 10.0),
+        (Faster, 100.0),
+        (Slower, 10.0),
+        pytest.param(TwiceAsFast, 100.0, marks=pytest.mark.release),
+        pytest.param(Slower, 100.0, marks=pytest.mark.release),
+    ],
+)
+def test_a_false_rate_is_false_of_the_law_itself(wrong, duration):
+    found = check_of(run_of(wrong, {"preset": "path"}, duration), "decay rate")
+    assert found["passed"] is False and "decays by" in found["note"]
 
 
 def test_the_true_rate_passes_and_before_it_shows_is_not_judged():
@@ -185,21 +194,22 @@ def test_a_law_alone_is_no_theorem():
     assert verdict["reason"].endswith(" s are needed, 3 s were run")
 
 
-FALSE_IN_SHIPPED = [
-    ("displacement_formation", "decay rate", 1.03, 0.0),
-    ("displacement_formation", "distance from d", 1.0, 0.06),
-    ("consensus", "decay rate", 1.03, 0.0),
-    ("consensus", "distance from", 1.0, 0.06),
-    ("paper", "settling time", 1.03, 0.0),
-    ("discrete_consensus", "decay rate", 0.97, 0.0),
-    ("paper", "final gap", 1.0125, 0.0),
-    ("paper", "distance from final", 1.0, 0.12),
-]
+# By scenario: the beginnings of claims, and how many times, or how far [m] aside, each is false.
+FALSE_IN_SHIPPED = {
+    "displacement_formation": {"decay rate": (1.03, 0.0), "distance from d": (1.0, 0.06)},
+    "consensus": {"decay rate": (1.03, 0.0), "distance from": (1.0, 0.06)},
+    "discrete_consensus": {"decay rate": (0.97, 0.0)},
+    "paper": {
+        "settling time": (1.03, 0.0),
+        "final gap": (1.0125, 0.0),
+        "distance from final": (1.0, 0.12),
+    },
+}
 
 
-@pytest.mark.parametrize("name, beginning, times, aside", FALSE_IN_SHIPPED)
-def test_a_false_claim_of_a_shipped_law_fails(name, beginning, times, aside):
-    scenario = shipped(name)
+@pytest.mark.parametrize("name", FALSE_IN_SHIPPED)
+def test_a_false_claim_of_a_shipped_law_fails(name):
+    scenario, wrong = shipped(name), FALSE_IN_SHIPPED[name]
     own = load_protocol(scenario.control.protocol)
 
     class Falsified(own):
@@ -207,8 +217,10 @@ def test_a_false_claim_of_a_shipped_law_fails(name, beginning, times, aside):
             return [self._false(claim) for claim in own.all_claims(self, start)]
 
         def _false(self, claim):
-            if not claim.name.startswith(beginning):
+            by = next((by for name, by in wrong.items() if claim.name.startswith(name)), None)
+            if by is None:
                 return claim
+            times, aside = by
             if not aside:
                 return claim._replace(predicted=times * claim.predicted)
             moved = aside * np.array([0.6, 0.8])
@@ -217,4 +229,5 @@ def test_a_false_claim_of_a_shipped_law_fails(name, beginning, times, aside):
             )
 
     run = simulate(scenario, protocol=Falsified)
-    assert check_of(run, beginning)["passed"] is False and run.verdict["outcome"] == "failed"
+    found = {name: check_of(run, name)["passed"] for name in wrong}
+    assert found == dict.fromkeys(wrong, False) and run.verdict["outcome"] == "failed"

@@ -84,7 +84,7 @@ def test_a_run_is_judged_once_the_filter_has_acted_last(tmp_path):
         robots=2,
         poses=[[-2.0, 0.2, 0.0], [2.0, 0.0, 3.14]],
         topology={"preset": "path"},
-        duration=16.0,
+        duration=11.0,
     )
     given = controlled(given, safety=True)
     right, wrong = verdict_of(given, tmp_path), verdict_of(given, tmp_path, Weak)
@@ -117,7 +117,7 @@ def test_a_moment_at_a_limit_hides_no_wrong_gain(tmp_path):
         (
             "marching",
             {"v_max": 1.2, "omega_max": 6.2832},
-            22.0,
+            20.0,
             "drift of the centre from the path",
         ),
         (
@@ -265,7 +265,7 @@ def test_collisions_say_who_and_when(tmp_path):
 
 
 def test_what_the_dead_band_holds_still_decays_no_more(tmp_path):
-    given = shipped("displacement_formation", fidelity="kinematic")
+    given = shipped("displacement_formation", fidelity="kinematic", duration=20.0)
     verdict = verdict_of(controlled(given, deadband=0.01), tmp_path)
     rate = check(verdict, "decay rate")
     assert rate["passed"] is None and "the dead band 0.01 holds robots still" in rate["note"], rate
@@ -306,7 +306,7 @@ def test_what_has_settled_elsewhere_by_limits_is_not_called_short():
         "poses": [[-4.0, 3.0, 0.0], [0.0, -6.0, 0.0], [2.0, 9.0, 0.0]],
         "topology": {"preset": "path"},
         "limits": {"v_max": 0.3, "omega_max": 1.0},
-        "duration": 120.0,
+        "duration": 90.0,
     }
     one = check(simulate(given, protocol=Shifted).verdict, "final distance")
     assert one["passed"] is False and "say free=True" in one["note"], one

@@ -59,7 +59,7 @@ CASES = {
 def experiment_of(law, changes, safety):
     """Return the ``Experiment`` of robots in a ring that head for its middle."""
     points, angle = start(6, 1.2)
-    content = {"robots": 6, "model": "pioneer3dx", "duration": 6.0, "limits": "firmware", **changes}
+    content = {"robots": 6, "model": "pioneer3dx", "duration": 4.0, "limits": "firmware", **changes}
     content["poses"] = np.column_stack([points, angle + np.pi]).tolist()
     content["control"] = {"rate": 10.0, "safety": safety}
     return Experiment(scenario_from_dict(content), law)

@@ -107,7 +107,7 @@ def test_sensors_are_asked_for_by_name_and_type():
 
 
 def test_robots_that_see_each_other_cross_apart(tmp_path):
-    verdict = verdict_of(shipped("sensed_crossing", duration=22.0), tmp_path)
+    verdict = verdict_of(shipped("sensed_crossing", duration=19.0), tmp_path)
     assert verdict["outcome"] == "passed" and not failed(verdict)
     assert "after the safety filter acted" in check(verdict, "commands off")["note"]
     least = check(verdict, "least distance")
@@ -117,7 +117,7 @@ def test_robots_that_see_each_other_cross_apart(tmp_path):
 def test_without_seeing_they_would_touch(tmp_path, monkeypatch):
     blind = "mrs_simulator.sensors.types.range_bearing.RangeBearingReading.of"
     monkeypatch.setattr(blind, lambda reading, k: seen([], [], [])._replace(stamp=reading.stamp))
-    verdict = verdict_of(shipped("sensed_crossing", duration=12.0), tmp_path)
+    verdict = verdict_of(shipped("sensed_crossing", duration=9.0), tmp_path)
     assert "collisions" in failed(verdict)
 
 

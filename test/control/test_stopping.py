@@ -53,18 +53,21 @@ KINDS = ("pioneer3dx", "robotino3", "f1tenth", "heron")
 @pytest.mark.parametrize("speed", [0.2, 0.75, -0.2])
 def test_no_robot_leaves_the_fence(monkeypatch, kind, speed):
     given = {"~geofence": FENCE}
-    begin, seconds = math.copysign(1.0, speed), 2.0 / abs(speed) + 4.0
+    begin, seconds = math.copysign(1.0, speed), 2.0 / abs(speed) + (4.0 if kind == "heron" else 2.5)
     poses = [[begin, 0.0, 0.0]]
     track, guards = driven(monkeypatch, (kind,), poses, speed, given, seconds=seconds)
     assert np.abs(track[:, 0, 0]).max() <= 3.0
     assert guards.stopped == [1]
 
 
-@pytest.mark.parametrize("axis, speed", [("linear.x", 0.75), ("linear.z", 0.5), ("linear.z", -0.5)])
-def test_no_flyer_leaves_the_fence(monkeypatch, axis, speed):
+@pytest.mark.parametrize(
+    "axis, speed, seconds",
+    [("linear.x", 0.75, 6.0), ("linear.z", 0.5, 6.0), ("linear.z", -0.5, 12.0)],
+)
+def test_no_flyer_leaves_the_fence(monkeypatch, axis, speed, seconds):
     given = {"~geofence": [*FENCE, 0.5, 4.0]}
     known = [[0.0, 0.0, 0.0]], speed, given, np.array([2.0]), axis
-    track, guards = driven(monkeypatch, ("crazyflie2",), *known)
+    track, guards = driven(monkeypatch, ("crazyflie2",), *known, seconds)
     assert np.abs(track[:, 0, 0]).max() <= 3.0 and guards.stopped == [1]
     assert track[:, 0, 3].min() >= 0.5 and track[:, 0, 3].max() <= 4.0
 
@@ -72,7 +75,8 @@ def test_no_flyer_leaves_the_fence(monkeypatch, axis, speed):
 def test_mixed_kinds_stand_before_they_are_too_near(monkeypatch):
     poses = [[-3.0, 0.0, 0.0], [3.0, 0.0, math.pi]]
     for kinds in (("pioneer3dx", "f1tenth"), ("robotino3", "pioneer3dx")):
-        track, _ = driven(monkeypatch, kinds, poses, 0.75, {"~min_distance": 0.8})
+        given = {"~min_distance": 0.8}
+        track, _ = driven(monkeypatch, kinds, poses, 0.75, given, seconds=7.0)
         assert np.linalg.norm(track[:, 0, :2] - track[:, 1, :2], axis=1).min() >= 0.8
 
 

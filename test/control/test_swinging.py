@@ -50,7 +50,7 @@ def test_headings_swing_where_the_run_warns_and_settle_where_it_does_not(model, 
 def test_wheels_that_speed_up_no_faster_than_they_grip_swing_where_the_run_warns():
     limits = {"v_max": 1.5, "omega_max": 6.2832}  # without ramps
     for share, swings in ((0.6, True), (1.01, False)):
-        scenario = free(share * 0.15, fidelity="dynamic", limits=limits, duration=12.0)
+        scenario = free(share * 0.15, fidelity="dynamic", limits=limits, duration=9.0)
         assert bool(make_control(scenario, Away).foreseen) == swings
         assert make_control(scenario.changed(fidelity="kinematic"), Away).foreseen == []
         assert (swing(scenario) > 0.5) == swings and (swing(scenario) < 0.03) != swings

@@ -60,7 +60,7 @@ def test_robots_stay_beside_their_courses_no_farther_than_these_say(kind, seed):
         assert beside <= course.aside[row - 1, 0] + 1e-5, k
 
 
-def met(kinds, fidelity="kinematic", wall=False, gain=0.3, far=8.0, duration=16.0):
+def met(kinds, fidelity="kinematic", wall=False, gain=0.3, far=5.0, duration=10.0):
     """Return the least gaps [m] between two robots that change places, and between them and ``WALL``."""
     reach = Team(kinds).reach
     poses = [[-far, 0.0, 0.0], [far, 0.0, np.pi]]
@@ -113,7 +113,7 @@ def test_robots_commanded_through_a_wall_stop_before_it(kind):
 
 @pytest.mark.parametrize("kind", ["ardrone2", "crazyflie2", "f1tenth"])
 def test_who_runs_on_with_forces_stops_before_a_wall(kind):
-    assert met((kind, kind), "dynamic", wall=True, gain=3.0, duration=5.0)[1] > 1e-3
+    assert met((kind, kind), "dynamic", wall=True, gain=3.0, duration=3.5)[1] > 1e-3
 
 
 def test_tilted_bodies_lie_within_their_discs():

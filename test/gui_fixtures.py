@@ -81,7 +81,7 @@ def forked_open(processes, name, command):
     script = os.path.join(os.environ["FORKED_PROGRAMS"], command[2])
     environment = dict(os.environ, PYTHONUNBUFFERED="1", **{PARENT: str(programs.pid)})
     return programs.start(script, command[3:], environment, log, log, leads=True)
-NODES = "stage", "pioneer_control", "preflight", "record", "report"
+NODES = "stage", "pioneer_control", "preflight", "record", "report", "experiment", "assure"
 if programs is not None:
     Processes._open = forked_open
     worker_process.subprocess = forking_subprocess(programs)

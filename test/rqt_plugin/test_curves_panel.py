@@ -482,10 +482,11 @@ def test_nothing_is_cut_off(panel, size, n):
     panel.set_history(make_history(5, n=n))
     panel.set_error(lambda pose: pose[:, 0, 0])
     panel.set_prediction([0.0, 1.0], [1e-6, 1.0])
+    settle(panel)
     figure = panel.plot.figure
     for index in range(len(QUANTITIES)):
         panel.tabs.setCurrentIndex(index)
-        settle(panel)
+        panel.canvas.prepare()  # all but the paint
         box = figure.get_tightbbox(panel.canvas.get_renderer())
         assert box.x0 >= 0.0 and box.y0 >= 0.0
         assert box.x1 * figure.dpi <= figure.bbox.width + 1

@@ -5,7 +5,7 @@ import re
 import xmlrpc.client
 
 import pytest
-from ros_fixtures import PATIENCE, wait_until
+from ros_fixtures import wait_until
 from test_real_mixed import start_driver
 from test_rosaria import FORWARD
 
@@ -267,7 +267,7 @@ assert "real time" not in gui.status["time"].text()
 TWO = """
 poses: [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
 odometry: wheel
-duration: 6
+duration: 3
 record_rate: 10
 control: {protocol: law.py, rate: 20}
 requirements:
@@ -318,7 +318,7 @@ until(lambda: os.path.exists(os.path.join(sys.argv[3], "verdict.json")))
         saved,
         scenario=str(scenario),
     )
-    record.wait(PATIENCE)
+    ros.judged(record, recorded)
     seen = json.loads(re.search("^JUDGED (.*)$", output, re.MULTILINE).group(1))
     by_window, by_recorder = (
         json.loads((out / "verdict.json").read_text())["requirements"] for out in (saved, recorded)

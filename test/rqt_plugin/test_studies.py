@@ -134,7 +134,7 @@ def read(path):
 
 
 def test_the_paper_s_run_is_one_click_and_its_figures_are_saved(at_window, tmp_path):
-    scenario = shipped("paper")
+    scenario = shipped("paper", duration=60.0)
     person = at_window(scenario)
     as_fast_as_possible(person)
     run(person)

@@ -31,10 +31,11 @@ from mrs_simulator.rqt_plugin.sweep.cells import (
 )
 from mrs_simulator.rqt_plugin.sweep.legend import formula
 from mrs_simulator.rqt_plugin.widgets.form_beside import FormBeside
+from mrs_simulator.rqt_plugin.window import sweep as sweep_control
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.study.results.report import write_scenario
-from mrs_simulator.study.run.sweep import make_runs, run_sweep
+from mrs_simulator.study.run import sweep
 
 NONE = Qt.NoModifier
 GAIN, RATE = "control.parameters.gain", "control.rate"
@@ -216,6 +217,7 @@ def application():
 @pytest.fixture
 def study(application, no_hidden_errors, forked_programs, scenario, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr(sweep_control, "EVERY", 0.05)  # [s]
     processes = LocalProcesses(MagicMock(**{"take.return_value": []}))
     widget = quiet_study(scenario, processes)
     widget.study.shelf.home = str(tmp_path / "shelf")
@@ -277,11 +279,12 @@ def click_cell(widget, row, column):
 
 
 @pytest.fixture
-def earlier(scenario, tmp_path):
-    """A sweep as the command line makes it, without a plan, in a folder that is not watched."""
+def earlier(scenario, tmp_path, monkeypatch):
+    """A sweep as the command line makes it, without plan and figures, in a folder that is not watched."""
+    monkeypatch.setattr(sweep, "can_draw", lambda: False)
     path, out = write_scenario(scenario, str(tmp_path)), str(tmp_path / "made" / "before")
-    runs = make_runs(path, [(GAIN, [0.5, 4.0]), (RATE, [4.0, 20.0])])
-    run_sweep(runs, out, jobs=1)
+    runs = sweep.make_runs(path, [(GAIN, [0.5, 4.0]), (RATE, [4.0, 20.0])])
+    sweep.run_sweep(runs, out, jobs=1)
     return out
 
 

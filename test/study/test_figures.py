@@ -58,12 +58,22 @@ def content(path):
         return file.read()
 
 
-@pytest.mark.parametrize("n, kinds", [(1, ["png"]), (7, ["png", "pdf", "svg"]), (100, ["png"])])
-def test_four_figures_are_written_whole_and_valid(tmp_path, n, kinds):
-    paths = report.figures(make_run(n), str(tmp_path), kinds)
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """Return the folder of the figures of one run by default, their paths and the global style after it."""
+    folder, before = (
+        tmp_path_factory.mktemp("figures") / "made" / "here",
+        matplotlib.rcParams.copy(),
+    )
+    paths = report.figures(make_run(7), str(folder))
+    return folder, paths, matplotlib.rcParams.copy() == before
+
+
+def check_files(folder, paths, kinds):
+    """Check that ``paths`` are all figures, whole and valid, and alone in their ``folder``."""
     wanted = [name + "." + kind for name in NAMES for kind in kinds]
     assert [os.path.basename(path) for path in paths] == wanted
-    assert sorted(os.listdir(str(tmp_path))) == sorted(wanted)
+    assert sorted(os.listdir(str(folder))) == sorted(wanted)
     for path in paths:
         written = content(path)
         if path.endswith(".png"):
@@ -74,10 +84,14 @@ def test_four_figures_are_written_whole_and_valid(tmp_path, n, kinds):
             assert written.rstrip().endswith(b"</svg>")
 
 
-def test_png_and_pdf_are_written_by_default(tmp_path):
-    paths = report.figures(make_run(2), str(tmp_path / "made" / "here"))
-    assert {os.path.splitext(path)[1] for path in paths} == {".png", ".pdf"}
-    assert len(paths) == 8 and all(os.path.exists(path) for path in paths)
+def test_png_and_pdf_are_written_by_default_whole_and_valid(drawn):
+    folder, paths, _ = drawn
+    check_files(folder, paths, ("png", "pdf"))
+
+
+@pytest.mark.parametrize("n", [pytest.param(1, marks=pytest.mark.release), 100])
+def test_four_figures_of_one_robot_and_of_many_are_written(tmp_path, n):
+    check_files(tmp_path, report.figures(make_run(n), str(tmp_path), ("png",)), ("png",))
 
 
 @pytest.mark.parametrize("color, mode", [("white", "RGB"), ((1.0, 1.0, 1.0, 0.5), "RGBA")])
@@ -129,18 +143,20 @@ def test_pdfs_share_what_they_carry_of_fonts_and_lack_no_character(tmp_path):
     assert content(tmp_path / "d.pdf") == content(tmp_path / "c.pdf")
 
 
-def test_pdf_embeds_its_fonts_as_outlines_that_journals_accept(tmp_path):
-    for path in report.figures(make_run(2), str(tmp_path), ("pdf",)):
+def test_pdf_embeds_its_fonts_as_outlines_that_journals_accept(drawn):
+    for path in drawn[1][1::2]:
         written = content(path)
-        assert b"/FontFile2" in written and b"/Type3" not in written
+        assert path.endswith(".pdf") and b"/FontFile2" in written and b"/Type3" not in written
 
 
-def test_the_same_run_gives_the_same_bytes(tmp_path):
+def test_the_same_run_gives_the_same_bytes(drawn, tmp_path):
     kinds = FORMATS if matplotlib.__version__ >= "3.4" else ("png", "pdf")
-    first = report.figures(make_run(3), str(tmp_path / "a"), kinds)
-    second = report.figures(make_run(3), str(tmp_path / "b"), kinds)
-    for one, other in zip(first, second):
-        assert content(one) == content(other), one
+    paths = report.figures(make_run(7), str(tmp_path / "a"), kinds)
+    check_files(tmp_path / "a", paths, kinds)
+    others = [*drawn[1], *report.figures(make_run(7), str(tmp_path / "b"), kinds[2:])]
+    assert sorted(map(os.path.basename, others)) == sorted(map(os.path.basename, paths))
+    for other in others:
+        assert content(other) == content(tmp_path / "a" / os.path.basename(other)), other
 
 
 def test_unknown_format_and_empty_run_are_refused(tmp_path):
@@ -152,7 +168,8 @@ def test_unknown_format_and_empty_run_are_refused(tmp_path):
 
 
 def test_a_save_that_fails_leaves_the_old_figure_and_no_litter(tmp_path, monkeypatch):
-    path = report.figures(make_run(2), str(tmp_path), ("png",))[0]
+    first = {"formats": ("png",), "part": slice(1)}
+    (path,) = report.figures(make_run(2), str(tmp_path), **first)
     before = content(path)
 
     def fail(*_):
@@ -160,22 +177,20 @@ def test_a_save_that_fails_leaves_the_old_figure_and_no_litter(tmp_path, monkeyp
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(OSError, match="disk full"):
-        report.figures(make_run(5), str(tmp_path), ("png",))
+        report.figures(make_run(5), str(tmp_path), **first)
     assert content(path) == before
-    assert sorted(os.listdir(str(tmp_path))) == sorted(name + ".png" for name in NAMES)
+    assert os.listdir(str(tmp_path)) == [os.path.basename(path)]
 
 
-def test_files_have_the_usual_permissions(tmp_path):
+def test_files_have_the_usual_permissions(drawn, tmp_path):
     usual = tmp_path / "usual"
     usual.write_text("")
-    path = report.figures(make_run(1), str(tmp_path), ("pdf",))[0]
-    assert stat.S_IMODE(os.stat(path).st_mode) == stat.S_IMODE(os.stat(str(usual)).st_mode)
+    modes = {stat.S_IMODE(os.stat(path).st_mode) for path in drawn[1]}
+    assert modes == {stat.S_IMODE(os.stat(str(usual)).st_mode)}
 
 
-def test_global_style_is_left_alone(tmp_path):
-    before = matplotlib.rcParams.copy()
-    report.figures(make_run(2), str(tmp_path))
-    assert matplotlib.rcParams.copy() == before
+def test_global_style_is_left_alone(drawn):
+    assert drawn[2]
 
 
 @pytest.mark.parametrize("n", [1, 7, figure_parts.MOST_LINES])
@@ -320,7 +335,7 @@ def test_a_large_team_is_drawn_by_few_artists():
     assert len(axes.get_children()) < 50
 
 
-@pytest.mark.parametrize("n", [1, 7, 12, 100])
+@pytest.mark.parametrize("n", [1, pytest.param(7, marks=pytest.mark.release), 12, 100])
 def test_nothing_is_cut_off_and_the_legend_covers_no_data(n):
     for draw in (report.draw_trajectories, report.draw_inputs):
         figure = report.new_figure(height=curve_figures.INPUTS_HEIGHT)
@@ -387,7 +402,8 @@ def test_a_run_of_one_sample_draws(tmp_path, n):
 
 def test_robots_that_stand_still_on_one_place_draw(tmp_path):
     run = make_run(2)
-    report.figures(run._replace(pose=0.0 * run.pose, command=0.0 * run.command), str(tmp_path))
+    still = run._replace(pose=0.0 * run.pose, command=0.0 * run.command)
+    assert len(report.figures(still, str(tmp_path), ("png",))) == 4
 
 
 def test_long_runs_are_thinned_for_drawing_and_keep_their_peaks_and_ends():
@@ -426,15 +442,20 @@ def test_an_obstacle_far_away_leaves_the_team_its_scale():
     assert limits(long)[1, 0] < -6.5 and np.ptp(limits(long)[0]) < 3.0 * np.ptp(limits()[0])
 
 
-@pytest.mark.parametrize("n", [3, 12, 30])
-def test_a_columns_figure_holds_its_legend(tmp_path, n):
-    narrow = look("column", {"lines.linewidth": 0.5})
-    report.figures(make_run(n), str(tmp_path), ("png",), look=narrow)
+NARROW = look("column", {"lines.linewidth": 0.5})
+
+
+def test_a_columns_figures_have_its_width(tmp_path):
+    report.figures(make_run(12), str(tmp_path), ("png",), look=NARROW)
     for name in NAMES:
         width = imread(str(tmp_path / (name + ".png"))).shape[1]
         assert width == round(3.5 * canvas.STYLE["savefig.dpi"]), name
-    with report.in_style(narrow.style):
-        figure = report.new_figure(narrow.width, 3.0)
+
+
+@pytest.mark.parametrize("n", [3, 12, 30])
+def test_a_columns_figure_holds_its_legend(n):
+    with report.in_style(NARROW.style):
+        figure = report.new_figure(NARROW.width, 3.0)
         axes = report.draw_states(figure, make_run(n), "x")
         figure.canvas.draw()
     assert axes.xaxis.label.get_size() == 8.0

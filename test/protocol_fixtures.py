@@ -24,10 +24,12 @@ def shipped(name, parameters=None, rate=None, **changes):
 def ended_early(shares):
     """Parametrise by the ``name`` of a shipped scenario and the ``share`` of its duration that is run.
 
-    ``shares``: that by name, enough for theory to speak of all; before a release the whole as well.
+    ``shares``: that by name, enough for theory to speak of all; before a release the whole as well, and
+    it alone where none is given.
     """
+    early = [(name, share) for name, share in shares.items() if share]
     whole = [pytest.param(name, 1.0, marks=pytest.mark.release) for name in shares]
-    return pytest.mark.parametrize("name, share", [*shares.items(), *whole])
+    return pytest.mark.parametrize("name, share", early + whole)
 
 
 def part_of_shipped(name, share, **changes):

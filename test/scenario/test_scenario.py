@@ -219,7 +219,7 @@ plain = st.recursive(
     max_leaves=12,
 )
 KEYS = st.sampled_from(sorted(set(Scenario._fields) - {"path", "kinds"}) + ["robots", "model"])
-QUICK = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @QUICK

@@ -117,6 +117,7 @@ def test_of_scans_only_rays_are_tried_that_can_meet_a_body(monkeypatch):
     assert 0 < tried[0] < 0.7 * tried[10**9]
 
 
+@pytest.mark.release  # compiling takes long
 def test_compiled_loops_give_what_numpy_gives():
     pytest.importorskip("numba")
     loops = make_loops(jit())

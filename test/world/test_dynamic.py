@@ -133,8 +133,14 @@ def test_the_quick_solver_agrees_with_the_untuned_reference(motion):
 
 def test_the_same_drive_gives_the_same_bytes(motion):
     poses = make_layout("grid", 3, spacing=1.0)
-    first = trajectory(motion(poses), 100)
-    np.testing.assert_array_equal(first, trajectory(motion(poses), 100))
+    used, unused = motion(poses), motion(poses)
+    first = trajectory(used, 100)
+    np.testing.assert_array_equal(first, trajectory(unused, 100))
+    client = used._client
+    used.close()
+    again = motion(poses)  # in the solver that was given back, and emptied
+    assert again._client == client
+    np.testing.assert_array_equal(first, trajectory(again, 100))
 
 
 @pytest.mark.parametrize("n", [60, pytest.param(200, marks=pytest.mark.release)])

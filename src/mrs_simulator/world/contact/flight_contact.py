@@ -78,9 +78,9 @@ class FlightContacts:
     def close(self):
         """Give back what the solver holds."""
         if self._client is not None:
-            import pybullet
+            from mrs_simulator.world.contact.scene import close_solver
 
-            pybullet.disconnect(physicsClientId=self._client)
+            close_solver(self._client)
             self._client = None
 
     # Who is within reach -------------------------------------------------------------------------
@@ -132,12 +132,10 @@ class FlightContacts:
     # The solver ----------------------------------------------------------------------------------
 
     def _open(self):
-        import pybullet
-
         from mrs_simulator.world.contact.movers import ObstacleMover
-        from mrs_simulator.world.contact.scene import add_ground, add_obstacle
+        from mrs_simulator.world.contact.scene import add_ground, add_obstacle, open_solver
 
-        self._client = pybullet.connect(pybullet.DIRECT)
+        self._client = open_solver()
         bodies = {add_ground(self._client): "ground"}
         solid = [add_obstacle(self._client, each) for each in self._obstacles]
         bodies.update(zip(solid, (each.name for each in self._obstacles)))

@@ -15,6 +15,24 @@ OTHERS = {True: (MOVING, -1 ^ ROLLING), False: (FIXED, -1 ^ FIXED ^ ROLLING)}
 WIDE = 2e-3  # [m] beyond the outline, of boxes that pybullet makes 1 mm too large
 ABOVE = 0.02  # [m] the ground, up to which a wheel stands there
 OBSTACLE_COLOUR = [0.55, 0.55, 0.6, 1.0]  # [-] red, green, blue, opacity
+_SPARE = []  # an emptied world, if any: to make one takes three times as long as to empty one
+
+
+def open_solver():
+    """Return the client of an empty pybullet world without a picture."""
+    try:
+        return _SPARE.pop()
+    except IndexError:  # or another thread was faster
+        return pybullet.connect(pybullet.DIRECT)
+
+
+def close_solver(client):
+    """Give back the ``client`` that :func:`open_solver` returned."""
+    if _SPARE:
+        pybullet.disconnect(physicsClientId=client)
+    else:
+        pybullet.resetSimulation(physicsClientId=client)
+        _SPARE.append(client)
 
 
 def add_ground(client):

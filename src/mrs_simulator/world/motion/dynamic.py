@@ -23,9 +23,11 @@ from mrs_simulator.world.contact.scene import (
     add_ground,
     add_obstacle,
     add_robot,
+    close_solver,
     keep_from_touching,
     mass_and_inertia,
     mass_centre,
+    open_solver,
     wide_spheres,
 )
 from mrs_simulator.world.motion.wheel_forces import WheelForces
@@ -110,7 +112,7 @@ class DynamicMotion:
 
     def _open(self, iterations, obstacles):
         """Open the solver, with the ground and the ``obstacles`` in it."""
-        self._client = pybullet.connect(pybullet.DIRECT)
+        self._client = open_solver()
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=self.step / self._substeps,
             numSolverIterations=iterations,
@@ -458,7 +460,7 @@ class DynamicMotion:
     def close(self):
         """Disconnect from pybullet; closing twice does no harm."""
         if self._client >= 0:
-            pybullet.disconnect(physicsClientId=self._client)
+            close_solver(self._client)
             self._client = -1
 
 

@@ -29,12 +29,6 @@ COMMANDS_OF_ROS = (
     "rossrv",
     "rostopic",
 )  # in Python
-LAUNCH_LOADS = (
-    "roslaunch",
-    "matplotlib.backends.backend_agg",
-    "matplotlib.backends.backend_pdf",
-    "mrs_simulator.study.results.report",
-)  # for figures of record
 QUICK_ROSRUN = """#!/bin/sh
 [ "$1" = mrs_simulator ] || exec {rosrun} "$@"
 program={place}$2
@@ -150,7 +144,7 @@ class Ros:
         """Start ``roslaunch``, with its nodes of Python as forks."""
         script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "forked_launch.py")
         if forker().can_run(self.environment):
-            process = self._forked("launch", script, *arguments, loaded=LAUNCH_LOADS)
+            process = self._forked("launch", script, *arguments, loaded=["roslaunch"])
         else:
             process = self._started("launch", ["roslaunch", *arguments], None)
         self._launches.append(process)

@@ -138,6 +138,7 @@ class Forker:
         """Run a ``script`` of Python; its output goes to the files ``log`` and ``errors``.
 
         ``loaded``: names of further modules that are loaded before, once for all such processes;
+        ``paths``: of directories that it finds modules in before all others;
         ``leads``: whether it leads a group of processes of its own.
         """
         with open(os.devnull) as nothing, open(log, "ab") as file, open(errors, "ab") as other:
@@ -192,9 +193,10 @@ class Forker:
         loaded=(),
         leads=False,
         numbers=(0, 1, 2),
+        paths=(),
     ):
         given = dict(args=args, environment=environment, directory=directory or os.getcwd())
-        given.update(loaded=list(loaded), leads=leads, numbers=list(numbers))
+        given.update(loaded=list(loaded), leads=leads, numbers=list(numbers), paths=list(paths))
         return Forked(self._ask, self._ask(given, streams), args)
 
     def _ask(self, request, streams=()):
@@ -301,6 +303,7 @@ def become(request):
         os.close(stream)
     sys.argv[:] = request["args"]  # the list that defaults of arguments know
     sys.path[0] = "" if sys.argv[0] in ("-m", "-c") else os.path.dirname(sys.argv[0])
+    sys.path[1:1] = request["paths"]
     atexit.unregister(shutil.rmtree)  # of what the others go on using
     random.seed()
     tempfile.tempdir = None  # it may be another in this environment

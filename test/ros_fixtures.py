@@ -105,11 +105,14 @@ def python_script(command, directory):
 
 
 class Ros:
-    """A master on a free port and the processes started under it."""
+    """A master on a free port and the processes started under it.
+
+    ``paths``: of directories in which nodes find modules before all others.
+    """
 
     def __init__(self, directory):
         self.directory = directory
-        self.processes, self._launches = [], []
+        self.processes, self._launches, self.paths = [], [], []
         self.uri = "http://127.0.0.1:{}".format(free_port())
         self.environment = dict(
             os.environ,
@@ -152,9 +155,11 @@ class Ros:
 
     def _started(self, name, command, directory, errors=None):
         log = os.path.join(self.directory, name + ".log")
+        path = os.pathsep.join([*self.paths, self.environment.get("PYTHONPATH", "")])
+        environment = dict(self.environment, **{"PYTHONPATH": path} if self.paths else {})
         with contextlib.ExitStack() as stack:
             given = {} if errors is None else {"stderr": stack.enter_context(open(errors, "ab"))}
-            process = start_logged(command, log, self.environment, cwd=directory, **given)
+            process = start_logged(command, log, environment, cwd=directory, **given)
         self.processes.append(process)
         return process
 
@@ -179,7 +184,8 @@ class Ros:
             return self._started(name, [sys.executable, script, *arguments], directory, errors)
         log = os.path.join(self.directory, name + ".log")
         places = log, errors or log, directory
-        process = forker().start(script, arguments, self.environment, *places, loaded=loaded)
+        given = dict(loaded=loaded, paths=self.paths)
+        process = forker().start(script, arguments, self.environment, *places, **given)
         process.log = log
         self.processes.append(process)
         return process

@@ -207,7 +207,7 @@ def made_messages(directory):
 )
 def test_an_arm_follows_the_goals_of_an_action(ros, tmp_path):  # noqa: F811
     made = made_messages(tmp_path)
-    ros.environment["PYTHONPATH"] = made + os.pathsep + ros.environment.get("PYTHONPATH", "")
+    ros.paths.append(made)
     content = scenario()
     del content["load"]
     content["control"] = {"protocol": "consensus", "rate": 20}

@@ -134,8 +134,11 @@ def bench(request, ros, tmp_path):
 
 def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench):
     bench.launch()
+    assert bench.x(1) == 0.0
     bench.start()
     bench.far(0.1)
+    if bench.name == "p2os":
+        switch_motors_off_and_on(bench)
     frames = bench.ros.call(
         "rostopic", "echo", "-n1", "/robot2/{}/header/frame_id".format(bench.topic)
     )
@@ -162,13 +165,9 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
     bench.stand(1)
 
 
-def test_the_motors_of_p2os_are_switched_on_by_a_start(ros, tmp_path):
-    bench = Bench(ros, tmp_path, "p2os")
-    bench.launch()
-    assert bench.x(1) == 0.0
-    bench.start()
-    bench.far(0.05)
-    ros.python(MOTORS_OFF, HERE)  # as by an emergency button
+def switch_motors_off_and_on(bench):
+    """Switch them off as by an emergency button, and on by a start of the controller."""
+    bench.ros.python(MOTORS_OFF, HERE)
     bench.probe.wait("'robot2 stopped: its motors are off' in (control('trouble') or '')")
     bench.stand(2)
     assert bench.probe.ask("control('running')")

@@ -471,8 +471,7 @@ print("landed")
 def test_a_node_for_real_crazyflies_flies_simulated_ones(ros, vehicle_packages, tmp_path):  # noqa: F811
     scenario = tmp_path / "one.yaml"
     scenario.write_text("{model: crazyflie2, poses: [[0, 0, 0]], fidelity: kinematic}\n")
-    paths = [vehicle_packages, ros.environment.get("PYTHONPATH", "")]
-    ros.environment["PYTHONPATH"] = ":".join(paths)
+    ros.paths.append(vehicle_packages)
     stage = ros.node("stage", "--scenario", scenario, "--preset", "crazyswarm", "_speed:=8")
     assert "landed" in ros.python(NODE)
     # Every robot that flies has these, too.

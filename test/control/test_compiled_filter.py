@@ -145,12 +145,13 @@ def test_rows_that_contradict_each_other_are_given_up_at_once():
     rows = nearest_velocities._pair_rows(points, 0.9, PERIOD, 1.0)
     dual, free = nearest_velocities._Dual(np.zeros((6, 2)), rows), np.zeros(12)
     limits = 0.0, nearest_velocities.RESIDUAL, nearest_velocities.ASTRAY
-    place, share, none = dual._place.astype(np.uint64), dual._share, np.empty(0)
+    columns, still = (*rows[:2], np.ascontiguousarray(rows.of_second.T), 0), np.zeros((2, 6))
     for count in (5, 15):
         active, own = np.arange(count), excess[:count]
         found = nearest_velocities._solved(dual.slope(active, free), own)
         assert (found is None) == (count == 15)
-        looped, solved = compiled_filter.solved(place, share, active, free, none, own, limits)
+        given = active, still, np.empty(0), own, limits
+        looped, solved = compiled_filter.solved(columns, *given)
         assert solved == (count == 5)
         assert found is None or found.tobytes() == looped.tobytes()
 

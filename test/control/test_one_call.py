@@ -98,6 +98,7 @@ def test_one_call_gives_the_same_bits(name, monkeypatch):
 
 def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeypatch):
     n, period, slowed, near = 6, 0.2, set(), []
+    nobody = (*np.empty((2, 0), dtype=int), 0.0)  # of points that are closer than 0 m
 
     def rolled(*given):
         # Courses that are not computed again are those that would be.
@@ -125,7 +126,7 @@ def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeyp
         given, columns = np.ascontiguousarray(pose.T), command.T.copy()
         robots = speeds, team.speeds[:, 0], period, *way_out.columns[:2]
         ways = compiled_passing.braking_ways(columns, *robots)
-        pairs = compiled_passing.meeting(given, team.reach, ways)
+        pairs = compiled_passing.meeting(given, team.reach, ways, 0.0, nobody)
         states, near[:] = (inner, top, rates), np.unique(pairs)
         compiled_passing.let(columns, given, states, team.reach, times, *pairs)
         assert columns.T.tobytes() == wanted.tobytes(), seed

@@ -48,88 +48,145 @@ def roll(states, rates, columns, heading, start, times, renewed, found):
     ``times``: instants of the command, those of braking after it, and all intervals, [s].
     ``found``: x and y (m, k + 1) [m], how far motion is aside (m, k) [m], and top speeds (m,) [m/s] under
     the command, as ``Courses.course`` has them.
+
+    Instant by instant, all r robots at each, so that loops use the processor's vectors.
     """
     inner, target, held, still = states
     first, then, steps = times
     east, north, aside, fastest = found
-    holding, count = len(first), len(steps)
-    mean, ends, angles = np.zeros((3, count)), np.zeros((3, count + 1)), np.empty((6, count))
-    for i in range(len(heading)):
-        if not renewed[i]:
-            continue
-        for axis in range(len(columns)):
-            at, rate = columns[axis], rates[i, axis]
-            ends[at, 0] = inner[i, axis]
-            ramp(inner[i, axis], target[i, axis], rate, first, mean[at], ends[at, 1:])
-            braking = mean[at, holding:], ends[at, holding + 1 :]
-            ramp(held[i, axis], still[i, axis], rate, then, *braking)
-        turn(mean[2], heading[i], steps, angles)
-        move(mean, steps, angles, start[i, 0], start[i, 1], east[i], north[i])
-        fastest[i] = bend(ends, steps, angles[0], holding, aside[i])
+    rows = np.flatnonzero(renewed)
+    holding, count, r = len(first), len(steps), len(rows)
+    mean, ends = np.zeros((3, count, r)), np.zeros((3, count + 1, r))
+    angles, column = np.empty((6, count, r)), np.empty((3, r))
+    for axis in range(len(columns)):
+        at = columns[axis]
+        gather(inner, target, rates, rows, axis, column)
+        ends[at, 0] = column[0]
+        ramp(column, first, mean[at], ends[at, 1:])
+        gather(held, still, rates, rows, axis, column)
+        ramp(column, then, mean[at, holding:], ends[at, holding + 1 :])
+    turn(mean[2], heading[rows], steps, angles)
+    move(mean, steps, angles, start, rows, east, north)
+    bend(ends, steps, angles[0], holding, rows, aside, fastest)
 
 
-def ramp(inner, target, rate, times, mean, after):
-    """Fill ``mean`` and ``after`` (k,) along one axis as ``courses.ramps`` returns them."""
-    change = target - inner
-    size, ways, before = np.abs(change), 0.0, 0.0
+def gather(begin, end, rates, rows, axis, column):
+    """Fill ``column`` (3, r) with what the robots ``rows`` (r,) have along an ``axis``."""
+    for k in range(len(rows)):
+        column[0, k], column[1, k] = begin[rows[k], axis], end[rows[k], axis]
+        column[2, k] = rates[rows[k], axis]
+
+
+def ramp(column, times, mean, after):
+    """Fill ``mean`` and ``after`` (k, r) along one axis as ``courses.ramps`` returns them.
+
+    ``column`` (3, r): inner states, those aimed at, and rates.
+    """
+    ways, before = np.zeros(column.shape[1]), 0.0
     for k in range(len(times)):
-        after[k] = inner + np.copysign(np.minimum(rate * times[k], size), change)
-        spent = np.minimum(times[k], size / rate)
-        area = size * spent - 0.5 * (0.0 if np.isinf(rate) else rate) * spent * spent
-        way = target * times[k] - np.copysign(area, change)
-        mean[k] = (way - ways) / (times[k] - before)
-        ways, before = way, times[k]
+        reach(column[0], column[1], column[2], times[k], after[k])
+        travel(column[0], column[1], column[2], times[k], times[k] - before, ways, mean[k])
+        before = times[k]
+
+
+def reach(inner, target, rate, time, after):
+    """Fill ``after`` (r,) with the states at ``time`` [s]."""
+    for r in range(len(inner)):
+        change = target[r] - inner[r]
+        after[r] = inner[r] + np.copysign(np.minimum(rate[r] * time, np.abs(change)), change)
+
+
+def travel(inner, target, rate, time, step, ways, mean):
+    """Fill ``mean`` (r,) over the ``step`` [s] up to ``time`` [s]; ``ways`` (r,) are those to its end."""
+    for r in range(len(inner)):
+        change = target[r] - inner[r]
+        size = np.abs(change)
+        spent = np.minimum(time, size / rate[r])
+        area = size * spent - 0.5 * (0.0 if np.isinf(rate[r]) else rate[r]) * spent * spent
+        way = target[r] * time - np.copysign(area, change)
+        mean[r] = (way - ways[r]) / step
+        ways[r] = way
 
 
 def turn(omega, heading, steps, angles):
-    """Fill ``angles`` (6, k): turns, middle headings, what sines are taken of for shorter ways, [rad], and
-    cosine and sine of the second, sine of the third."""
-    total = 0.0
+    """Fill ``angles`` (6, k, r): turns, middle headings, what sines are taken of for shorter ways, [rad],
+    and cosine and sine of the second, sine of the third."""
+    total, of, size = np.zeros(len(heading)), angles.reshape(-1), angles[0].size
     for k in range(len(steps)):
-        own = omega[k] * steps[k]
-        total += own
-        share = own / (2.0 * np.pi)
-        angles[0, k], angles[1, k] = own, heading + total - 0.5 * own
-        angles[2, k] = np.pi * (1e-20 if share == 0.0 else share)
-    of, count = angles.reshape(-1), len(steps)
-    cosines(angles[1], angles[3])
-    sines(of[count : 3 * count], of[4 * count :])
+        turns, middle, short = angles[0, k], angles[1, k], angles[2, k]
+        for r in range(len(heading)):
+            own = omega[k, r] * steps[k]
+            total[r] += own
+            share = own / (2.0 * np.pi)
+            turns[r], middle[r] = own, heading[r] + total[r] - 0.5 * own
+            short[r] = np.pi * (1e-20 if share == 0.0 else share)
+    cosines(of[size : 2 * size], of[3 * size : 4 * size])
+    sines(of[size : 3 * size], of[4 * size :])
 
 
-def move(mean, steps, angles, x, y, east, north):
-    """Fill ``east`` and ``north`` (k + 1,) [m] with the places at which a robot gets from (x, y)."""
-    along, up = 0.0, 0.0
-    east[0], north[0] = x, y
+def move(mean, steps, angles, start, rows, east, north):
+    """Fill ``east`` and ``north`` (m, k + 1) [m] of ``rows`` (r,) with places from ``start`` (m, 2) on."""
+    way = np.zeros((2, len(rows)))
+    for r in range(len(rows)):
+        east[rows[r], 0], north[rows[r], 0] = start[rows[r], 0], start[rows[r], 1]
     for k in range(len(steps)):
-        shrink = angles[5, k] / angles[2, k] * steps[k]
-        cos, sin, ahead, across = angles[3, k], angles[4, k], mean[0, k], mean[1, k]
-        along += shrink * (cos * ahead - sin * across)
-        up += shrink * (sin * ahead + cos * across)
-        east[k + 1], north[k + 1] = x + along, y + up
+        go(mean[0, k], mean[1, k], angles, k, steps[k], way[0], way[1])
+        for r in range(len(rows)):
+            i = rows[r]
+            east[i, k + 1], north[i, k + 1] = start[i, 0] + way[0, r], start[i, 1] + way[1, r]
 
 
-def bend(ends, steps, turns, holding, aside):
-    """Fill ``aside`` (k,) [m] as ``courses._rolled`` does; return the top speed [m/s] under the command.
+def go(ahead, across, angles, k, step, along, up):
+    """Let ``along`` and ``up`` (r,) [m] grow by the ways of the k-th ``step`` [s]."""
+    short, cos, sin, sines = angles[2, k], angles[3, k], angles[4, k], angles[5, k]
+    for r in range(len(along)):
+        shrink = sines[r] / short[r] * step
+        along[r] += shrink * (cos[r] * ahead[r] - sin[r] * across[r])
+        up[r] += shrink * (sin[r] * ahead[r] + cos[r] * across[r])
 
-    ``ends`` (3, k + 1): velocities at the ends of intervals, ``holding`` of which are the command's.
+
+def bend(ends, steps, turns, holding, rows, aside, fastest):
+    """Fill ``aside`` (m, k) [m] of ``rows`` (r,) as ``courses._rolled`` does, and ``fastest`` (m,) with the
+    top speeds under the command.
+
+    ``ends`` (3, k + 1, r): velocities at the ends of intervals, ``holding`` of which are the command's.
     """
-    wrong, fast = 0.0, level(ends, 0)
-    fastest = fast
+    speed, wrong, own = (
+        np.empty((len(steps) + 1, len(rows))),
+        np.zeros(len(rows)),
+        np.empty(len(rows)),
+    )
+    for k in range(len(speed)):
+        level(ends[0, k], ends[1, k], speed[k])
     for k in range(len(steps)):
-        east, north = ends[0, k + 1] - ends[0, k], ends[1, k + 1] - ends[1, k]
-        slower, bent = np.sqrt(east * east + north * north), np.abs(turns[k])
-        before, fast = fast, level(ends, k + 1)
-        most, change = np.maximum(fast, before), np.abs(ends[2, k + 1] - ends[2, k])
-        wrong += steps[k] * (0.25 * slower * bent + 0.125 * steps[k] * most * change)
-        aside[k] = 0.25 * steps[k] * (slower + most * bent) + wrong
-        if k < holding:
-            fastest = np.maximum(fastest, fast)
-    return fastest
+        stray(ends, speed, k, turns[k], steps[k], wrong, own)
+        for r in range(len(rows)):
+            aside[rows[r], k] = own[r]
+    for r in range(len(rows)):
+        most = speed[0, r]
+        for k in range(holding):
+            most = np.maximum(most, speed[k + 1, r])
+        fastest[rows[r]] = most
 
 
-def level(ends, k):
-    """Return the speed [m/s] in the plane at the k-th of ``ends`` (3, k)."""
-    return np.sqrt(ends[0, k] * ends[0, k] + ends[1, k] * ends[1, k])
+def level(ahead, across, speed):
+    """Fill ``speed`` (r,) [m/s] with that in the plane of velocities ``ahead`` and ``across``."""
+    for r in range(len(speed)):
+        speed[r] = np.sqrt(ahead[r] * ahead[r] + across[r] * across[r])
+
+
+def stray(ends, speed, k, turns, step, wrong, aside):
+    """Fill ``aside`` (r,) [m] over the k-th ``step`` [s]; let ``wrong`` (r,) [m] grow by what chords take
+    for granted."""
+    before, after = speed[k], speed[k + 1]
+    ahead, across, spin = ends[0, k], ends[1, k], ends[2, k]
+    next_ahead, next_across, next_spin = ends[0, k + 1], ends[1, k + 1], ends[2, k + 1]
+    for r in range(len(aside)):
+        east, north = next_ahead[r] - ahead[r], next_across[r] - across[r]
+        slower, bent = np.sqrt(east * east + north * north), np.abs(turns[r])
+        most, change = np.maximum(after[r], before[r]), np.abs(next_spin[r] - spin[r])
+        wrong[r] += step * (0.25 * slower * bent + 0.125 * step * most * change)
+        aside[r] = 0.25 * step * (slower + most * bent) + wrong[r]
 
 
 @functools.lru_cache(maxsize=None)

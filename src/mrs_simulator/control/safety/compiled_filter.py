@@ -1,6 +1,10 @@
 """The safety filter's constraints and their solution by loops that numba compiles, equal to the bit.
 
 They do numpy's operations of ``nearest_velocities`` in numpy's order, row by row, with its names.
+
+``rows`` (first, second, side, alone) are those of ``Rows`` in columns: ``side`` (d, m) times the velocity
+of ``second`` (m,), but for the ``alone`` last ones, less that of ``first`` (m,).  Velocities of the solver
+are columns, too, (d, n).  Few loops have a branch, so that they use the processor's vectors.
 """
 
 import functools
@@ -9,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.compiled_terms import kept
+
+NEVER = 1e300  # [m/s] that no row reaches: with infinity its product with 0 would be no number
 
 
 class Loops(NamedTuple):
@@ -26,26 +32,25 @@ def near_pairs(seen, bound):
     """Return the rows of pairs whose squared distance is below ``bound`` [m^2], (m,) and (m,)."""
     n, d = seen.shape
     first = np.empty(n * (n - 1) // 2, dtype=np.int64)
-    second, m, all_are = np.empty_like(first), 0, bound == np.inf
+    second, m, all_are, columns = np.empty_like(first), 0, bound == np.inf, np.zeros((3, n))
+    columns[:d] = seen.T
+    x, y, z = columns[0], columns[1], columns[2]
     for i in range(n):
         for j in range(i + 1, n):
-            total = 0.0
-            for axis in range(d):
-                apart = seen[j, axis] - seen[i, axis]
-                total += apart * apart
+            east, north, up = x[j] - x[i], y[j] - y[i], z[j] - z[i]
             first[m], second[m] = i, j  # without a branch, which would be guessed wrong
-            m += (total < bound) | all_are
+            m += (east * east + north * north + up * up < bound) | all_are
     return first[:m], second[:m]
 
 
 def pair_rows(seen, points, squash, first, second, distance, terms, slowness, late):
-    """Return ``of_second`` (m, d) and ``limit`` (m,) of pairs, as ``_pair_rows``.
+    """Return ``side`` (d, m) and ``limit`` (m,) of pairs, as ``_pair_rows``.
 
     ``squash`` (d,), or (0,) for none; ``distance`` (n, n), or (1, 1) for one of all; ``terms``: ``period``
     and ``gamma``; ``slowness`` and ``late`` (n,), or (0,), of ``Brakes``.
     """
     m, d, braking = len(first), seen.shape[1], len(slowness) > 0
-    rows, apart, length, needed = np.empty((m, d)), np.zeros(m), np.zeros(m), np.empty(m)
+    side, apart, length, needed = np.empty((d, m)), np.zeros(m), np.zeros(m), np.empty(m)
     waits, slow = np.empty(m), np.empty(m)
     for k in range(m):
         i, j = first[k], second[k]
@@ -54,6 +59,7 @@ def pair_rows(seen, points, squash, first, second, distance, terms, slowness, la
             waits[k] = 0.5 * (late[i] + late[j])
             slow[k] = 0.5 * (slowness[i] + slowness[j])
     for axis in range(d):
+        own = side[axis]
         for k in range(m):
             i, j = first[k], second[k]
             way = seen[i, axis] - seen[j, axis]
@@ -61,12 +67,13 @@ def pair_rows(seen, points, squash, first, second, distance, terms, slowness, la
             if len(squash):
                 way = (points[i, axis] - points[j, axis]) * (squash[axis] * squash[axis])
             length[k] += way * way
-            rows[k, axis] = way
+            own[k] = way
     size, limit = limits_of(apart, length, needed, terms, braking, waits, slow)
     for axis in range(d):
+        own = side[axis]
         for k in range(m):
-            rows[k, axis] = 2.0 * rows[k, axis] / size[k]
-    return rows, limit
+            own[k] = 2.0 * own[k] / size[k]
+    return side, limit
 
 
 def limits_of(apart, length, needed, terms, braking, waits, slow):
@@ -96,15 +103,6 @@ def limits_of(apart, length, needed, terms, braking, waits, slow):
     return size, limit
 
 
-def inner(a, b, i, j):
-    """Return the squared distance of rows ``i`` of ``a`` and ``j`` of ``b``."""
-    total = 0.0
-    for axis in range(a.shape[1]):
-        apart = a[i, axis] - b[j, axis]
-        total += apart * apart
-    return total
-
-
 def square(a, k):
     """Return the squared length of row ``k`` of ``a`` (m, d)."""
     total = 0.0
@@ -127,222 +125,237 @@ def heeded(wanted, seen, distance, first, second, limit, heeds, bounds, turned):
     Rows of ``bounds`` come last; ``bounds``: ``way_out``, ``gap`` and ``turns`` of k;
     ``heeds``: kept distances within which robots turn aside; ``turned``: the least share before bounds.
     """
-    (way_out, gap, turns), (n, d) = bounds, wanted.shape
+    (way_out, gap, turns), n = bounds, len(wanted)
     size, share = np.empty(n), np.zeros(n)
     for i in range(n):
         size[i] = np.sqrt(square(wanted, i))
     m, pairs = len(limit), len(limit) - len(gap)
-    near = np.empty(m, dtype=np.bool_)
-    for k in range(m):
-        i, j = first[k], second[k]
-        reach = np.sqrt(2.0) * (size[i] + size[j]) if k < pairs else size[i]
-        near[k] = reach >= limit[k]
-    for k in range(m):
-        if not near[k]:
-            continue
-        i, j = first[k], second[k]
-        if k >= pairs:
-            own = k - pairs
-            if product(way_out, wanted, own, i) < 0.0 and gap[own] < turns[own]:
-                share[i] = np.maximum(share[i], turned)
-            continue
-        needed = distance[i, j] if len(distance) > 1 else distance[0, 0]
-        squared, heeded = inner(seen, seen, i, j), heeds * needed
-        if squared > 1.001 * heeded * heeded:  # few are near enough for a root
-            continue
-        far = np.maximum(np.sqrt(squared), 1e-9)
-        close = (heeds - far / needed) / (heeds - 1.0)
-        if not close > 0.0:
-            continue
-        close = np.minimum(close, 1.0) / far
-        towards, back = 0.0, 0.0
-        for axis in range(d):
-            apart = seen[i, axis] - seen[j, axis]
-            towards += -apart * wanted[i, axis]
-            back += apart * wanted[j, axis]
-        share[i] = np.maximum(share[i], close * (towards / np.maximum(size[i], 1e-300)))
-        share[j] = np.maximum(share[j], close * (back / np.maximum(size[j], 1e-300)))
+    near, met, count = np.empty(m, dtype=np.bool_), np.empty(pairs, dtype=np.int64), 0
+    for k in range(pairs):
+        near[k] = np.sqrt(2.0) * (size[first[k]] + size[second[k]]) >= limit[k]
+    for own in range(len(gap)):
+        k, i = pairs + own, first[pairs + own]
+        near[k] = size[i] >= limit[k]
+        if near[k] and product(way_out, wanted, own, i) < 0.0 and gap[own] < turns[own]:
+            share[i] = np.maximum(share[i], turned)
+    squares = np.zeros(pairs)
+    for axis in range(seen.shape[1]):
+        for k in range(pairs):
+            apart = seen[first[k], axis] - seen[second[k], axis]
+            squares[k] += apart * apart
+    for k in range(pairs):
+        needed = distance[first[k], second[k]] if len(distance) > 1 else distance[0, 0]
+        needed *= heeds
+        met[count] = k
+        count += near[k] & (squares[k] <= 1.001 * needed * needed)  # few are near enough for a root
+    turn_aside(wanted, seen, distance, first, second, heeds, squares, met[:count], size, share)
     return near, share
 
 
-def solve(wanted, first, second, of_first, of_second, limit, alone, near, speed, accuracy):
+def turn_aside(wanted, seen, distance, first, second, heeds, squares, met, size, share):
+    """Raise the ``share`` (n,) [-] by which robots turn aside for those of the pairs ``met`` (k,).
+
+    ``squares`` (m,) [m^2]: of distances of all pairs; ``size`` (n,) [m/s]: of wanted velocities.
+    """
+    towards, back = np.zeros(len(met)), np.zeros(len(met))
+    for axis in range(seen.shape[1]):
+        for a in range(len(met)):
+            i, j = first[met[a]], second[met[a]]
+            apart = seen[i, axis] - seen[j, axis]
+            towards[a] += -apart * wanted[i, axis]
+            back[a] += apart * wanted[j, axis]
+    for a in range(len(met)):
+        i, j = first[met[a]], second[met[a]]
+        needed = distance[i, j] if len(distance) > 1 else distance[0, 0]
+        far = np.sqrt(squares[met[a]])
+        far = far if far > 1e-9 else 1e-9
+        close = (heeds - far / needed) / (heeds - 1.0)
+        close = close if close > 0.0 else 0.0
+        close = (close if close < 1.0 else 1.0) / far
+        own, other = (
+            size[i] if size[i] > 1e-300 else 1e-300,
+            size[j] if size[j] > 1e-300 else 1e-300,
+        )
+        towards[a], back[a] = close * (towards[a] / own), close * (back[a] / other)
+    for a in range(len(met)):
+        i, j = first[met[a]], second[met[a]]
+        share[i] = towards[a] if towards[a] > share[i] else share[i]
+        share[j] = back[a] if back[a] > share[j] else share[j]
+
+
+def solve(wanted, first, second, side, limit, alone, near, speed, accuracy):
     """Return the velocities (n, d) nearest to ``wanted``, and what they make of all rows, (m,).
 
     As ``_among`` from where wanted velocities are turned aside.  ``near`` (m,) grows by rows that robots
     are pushed towards; ``speed`` (n,), or (0,) for no caps; ``accuracy``: ``LEAST``, ``TOLERANCE``,
     ``RESIDUAL``, ``ASTRAY``, ``STEPS``, and ``FIRST`` and ``SWEEPS``.
     """
-    velocity, pressure = wanted, np.empty(len(limit))
-    press(velocity, first, second, of_first, of_second, alone, pressure)
-    begins = False
+    rows = first.astype(np.uint64), second.astype(np.uint64), side, alone
+    begun, velocity, pressure = wanted.T.copy(), wanted, np.empty(len(limit))
+    press(begun, rows, pressure)
+    begins = 0
     for k in range(len(limit)):
-        begins |= near[k] and pressure[k] > limit[k] + accuracy[0]
+        begins += near[k] & (pressure[k] > limit[k] + accuracy[0])
     for i in range(len(speed)):
-        begins |= np.sqrt(square(wanted, i)) > speed[i]
+        begins += np.sqrt(square(wanted, i)) > speed[i]
     while True:
-        pushed = False
+        pushed = 0
         for k in range(len(limit)):
-            if not begins and not near[k] and pressure[k] > limit[k]:
-                near[k] = pushed = True
-        if not (begins or pushed):
+            beyond = (begins == 0) & (not near[k]) & (pressure[k] > limit[k])
+            pushed += beyond
+            near[k] |= beyond
+        if begins + pushed == 0:
             return velocity, pressure
-        begins = False
-        kept = np.flatnonzero(near)
-        velocity = nearest(
-            wanted, first, second, of_first, of_second, limit, alone, kept, speed, accuracy
-        )
-        press(velocity, first, second, of_first, of_second, alone, pressure)
+        begins = 0
+        found = nearest(begun, rows, limit, near, speed, accuracy)
+        press(found, rows, pressure)
+        velocity = found.T.copy()
 
 
-def press(velocity, first, second, of_first, of_second, alone, pressure):
-    """Fill ``pressure`` (m,) as ``Rows.pressure`` returns it."""
+def press(velocity, rows, pressure):
+    """Fill ``pressure`` (m,) as ``Rows.pressure`` returns it of ``velocity`` (d, n)."""
+    first, second, side, alone = rows
     pairs = len(pressure) - alone
-    for k in range(len(pressure)):
-        i, j, total = first[k], second[k], 0.0
-        for axis in range(velocity.shape[1]):
-            if k < pairs:
-                total += of_second[k, axis] * (velocity[j, axis] - velocity[i, axis])
-            else:
-                total += of_first[k, axis] * velocity[i, axis]
-        pressure[k] = total
+    for axis in range(len(velocity)):
+        own, values = side[axis], velocity[axis]
+        for k in range(len(pressure)):
+            before = pressure[k] if axis else 0.0
+            other = values[second[k]] if k < pairs else 0.0
+            pressure[k] = before + own[k] * (other - values[first[k]])
 
 
-def nearest(wanted, first, second, of_first, of_second, limit, alone, kept, speed, accuracy):
-    """Return the velocities (n, d) nearest to ``wanted`` under the rows ``kept``, as ``_nearest``."""
-    (n, d), m = wanted.shape, len(kept)
-    place, share, most = np.empty((2 * d, m), dtype=np.uint64), np.empty((2 * d, m)), np.empty(m)
+def nearest(begun, rows, limit, near, speed, accuracy):
+    """Return the velocities (d, n) nearest to ``begun`` under rows that are ``near``, as ``_nearest``."""
+    m, most, largest = len(limit), np.empty(len(limit)), 0.0
     for k in range(m):
-        most[k] = limit[kept[k]]
-        for axis in range(d):
-            place[axis, k] = d * first[kept[k]] + axis
-            place[d + axis, k] = d * second[kept[k]] + axis
-            share[axis, k] = of_first[kept[k], axis]
-            share[d + axis, k] = of_second[kept[k], axis]
-    begun, uncapped = wanted.copy().reshape(n * d), speed[:0]
+        most[k] = limit[k] if near[k] else NEVER
+        size = np.abs(limit[k]) if near[k] else 0.0
+        largest = size if size > largest else largest
     _, tolerance, residual, astray, steps, sweeps = accuracy
-    scale = max(1e-3, np.abs(most).max(), np.abs(begun).max())
-    limits, force, free = (tolerance * scale, residual, astray), np.zeros(m), np.empty(n * d)
-    found = False
+    scale = max(1e-3, largest, np.abs(begun).max())
+    limits, force, free = (tolerance * scale, residual, astray), np.zeros(m), np.empty(begun.shape)
+    uncapped, found = speed[:0], False
     for caps in (uncapped, speed):
-        found = by_newton(begun, place, share, most, caps, force, free, steps, limits)
-        push(begun, place, share, force, free)
+        found = by_newton(begun, rows, most, caps, force, free, steps, limits)
         if not found or not len(speed) or not is_capped(free, speed):
             break
     if not found:
-        alone_kept = np.count_nonzero(kept >= len(limit) - alone)
-        gain = gains(first, second, kept, alone_kept, n)
-        by_both(begun, place, share, most, speed, gain, force, free, (steps, *sweeps), limits)
-    push(begun, place, share, force, free)
-    if len(speed):
-        free = within_caps(free, speed)
-    return free.reshape(n, d)
+        gain = gains(rows, near, begun.shape[1])
+        by_both(begun, rows, most, speed, gain, force, free, (steps, *sweeps), limits)
+    push(begun, rows, force, acting(force), free)
+    return within_caps(free, speed) if len(speed) else free
 
 
-def push(begun, place, share, force, free):
-    """Fill ``free`` (n d,) with what ``_Dual.free`` returns of ``force`` (m,)."""
-    for at in range(len(free)):
-        free[at] = 0.0
-    acting, count = np.empty(len(force), dtype=np.int64), 0
+def acting(force):
+    """Return where ``force`` (m,) is not 0, which are few."""
+    found, count = np.empty(len(force), dtype=np.int64), 0
     for k in range(len(force)):
-        if force[k] != 0.0:  # few of them: the others add nothing
-            acting[count] = k
-            count += 1
-    for row in range(len(place)):
-        places, shares = place[row], share[row]
-        for a in range(count):
-            k = acting[a]
-            free[places[k]] += shares[k] * force[k]
-    for at in range(len(free)):
-        free[at] = begun[at] - free[at]
+        found[count] = k
+        count += force[k] != 0.0
+    return found[:count]
 
 
-def robots_length(free, i, d):
-    """Return the length of the velocity of robot ``i`` in ``free`` (n d,)."""
+def push(begun, rows, force, acts, free):
+    """Fill ``free`` (d, n) with what ``_Dual.free`` returns of ``force`` (m,), 0 but where it ``acts``."""
+    (first, second, side, alone), free[:] = rows, 0.0
+    pairs = len(force) - alone
+    for axis in range(len(free)):
+        own, values = side[axis], free[axis]
+        for k in acts:
+            values[first[k]] += -own[k] * force[k]
+        for k in acts:
+            if k < pairs:
+                values[second[k]] += own[k] * force[k]
+        for i in range(len(values)):
+            values[i] = begun[axis, i] - values[i]
+
+
+def velocitys_length(free, i):
+    """Return the length of the velocity of robot ``i`` in ``free`` (d, n)."""
     total = 0.0
-    for axis in range(d):
-        total += free[d * i + axis] * free[d * i + axis]
+    for axis in range(len(free)):
+        total += free[axis, i] * free[axis, i]
     return np.sqrt(total)
 
 
 def is_capped(free, speed):
-    """Return whether caps change any of the velocities ``free`` (n d,)."""
-    d, found = len(free) // len(speed), False
+    """Return whether caps change any of the velocities ``free`` (d, n)."""
+    found = False
     for i in range(len(speed)):
-        found |= robots_length(free, i, d) > speed[i]
+        found |= velocitys_length(free, i) > speed[i]
     return found
 
 
 def within_caps(free, speed):
-    """Return velocities ``free`` (n d,) within the caps ``speed`` (n,)."""
-    d, capped = len(free) // len(speed), np.empty(len(free))
+    """Return velocities ``free`` (d, n) within the caps ``speed`` (n,)."""
+    capped = np.empty(free.shape)
     for i in range(len(speed)):
-        factor = np.minimum(1.0, speed[i] / np.maximum(robots_length(free, i, d), 1e-300))
-        for axis in range(d):
-            capped[d * i + axis] = free[d * i + axis] * factor
+        factor = np.minimum(1.0, speed[i] / np.maximum(velocitys_length(free, i), 1e-300))
+        for axis in range(len(free)):
+            capped[axis, i] = free[axis, i] * factor
     return capped
 
 
-def exceed(free, place, share, most, speed, excess):
-    """Fill ``excess`` (m,) with what ``_Dual.excess`` returns of velocities ``free`` (n d,)."""
-    pushed = within_caps(free, speed) if len(speed) else free
-    press_all(place, share, pushed, excess)
+def exceed(free, rows, most, speed, excess):
+    """Fill ``excess`` (m,) with what ``_Dual.excess`` returns of velocities ``free`` (d, n)."""
+    press_all(rows, within_caps(free, speed) if len(speed) else free, excess)
     for k in range(len(excess)):
         excess[k] -= most[k]
 
 
-def press_all(place, share, values, pressed):
-    """Fill ``pressed`` (m,) with what rows make of ``values`` (n d,) at their places (2 d, m).
-
-    Column by column, which is several times as fast as by both indices.
-    """
-    first, second, third, fourth = place[0], place[1], place[2], place[3]
-    a, b, c, d = share[0], share[1], share[2], share[3]
+def press_all(rows, values, pressed):
+    """Fill ``pressed`` (m,) with what rows make of ``values`` (d, n), as sums over robots one by one."""
+    first, second, side, alone = rows
+    pairs = len(pressed) - alone
+    ahead, across, x, y = side[0], side[1], values[0], values[1]
     for k in range(len(pressed)):
-        total = a[k] * values[first[k]] + b[k] * values[second[k]]
-        pressed[k] = total + c[k] * values[third[k]] + d[k] * values[fourth[k]]
-    for row in range(4, len(place)):  # in space
-        places, shares = place[row], share[row]
+        pressed[k] = -ahead[k] * x[first[k]] - across[k] * y[first[k]]
+    for axis in range(2, len(values)):  # in space
+        own, value = side[axis], values[axis]
         for k in range(len(pressed)):
-            pressed[k] += shares[k] * values[places[k]]
+            pressed[k] -= own[k] * value[first[k]]
+    for k in range(pairs):
+        pressed[k] = pressed[k] + ahead[k] * x[second[k]] + across[k] * y[second[k]]
+    for axis in range(2, len(values)):
+        own, value = side[axis], values[axis]
+        for k in range(pairs):
+            pressed[k] += own[k] * value[second[k]]
 
 
-def by_newton(begun, place, share, most, speed, force, free, steps, limits):
-    """Let ``force`` (m,) be that of ``_by_newton``, from what it is; return whether it was found."""
+def by_newton(begun, rows, most, speed, force, free, steps, limits):
+    """Let ``force`` (m,) be that of ``_by_newton``, from what it is, and ``free`` (d, n) what it leaves;
+    return whether it was found."""
     m, excess = len(force), np.empty(len(force))
-    active, right = np.empty(m, dtype=np.int64), np.empty(m)
-    push(begun, place, share, force, free)
-    exceed(free, place, share, most, speed, excess)
+    active = np.empty(m, dtype=np.int64)
+    push(begun, rows, force, acting(force), free)
+    exceed(free, rows, most, speed, excess)
     for _ in range(steps):
-        done, dropped, count = True, False, 0
+        changed, dropped, count = 0, 0, 0
         for k in range(m):
-            ahead = np.maximum(0.0, force[k] + excess[k])
-            done &= np.abs(ahead - force[k]) < limits[0]
-            if ahead == 0.0:
-                dropped |= force[k] != 0.0
-            else:
-                active[count] = k
-                count += 1
-        if done:
+            ahead = force[k] + excess[k]
+            ahead = 0.0 if ahead <= 0.0 else ahead
+            changed += not np.abs(ahead - force[k]) < limits[0]
+            dropped += (ahead == 0.0) & (force[k] != 0.0)
+        if not changed:
             return True
+        for k in range(m):
+            active[count] = k
+            count += not force[k] + excess[k] <= 0.0
+        acts = active[:count]
         if dropped:
             for k in range(m):
-                if not np.maximum(0.0, force[k] + excess[k]) > 0.0:
-                    force[k] = 0.0
-            push(begun, place, share, force, free)
-            exceed(free, place, share, most, speed, excess)
+                force[k] = force[k] if force[k] + excess[k] > 0.0 else 0.0
+            push(begun, rows, force, acts, free)
+            exceed(free, rows, most, speed, excess)
         if count == 0:
             continue
-        for a in range(count):
-            right[a] = excess[active[a]]
-        change, consistent = solved(
-            place, share, active[:count], free, speed, right[:count], limits
-        )
+        change, consistent = solved(rows, acts, free, speed, excess[acts], limits)
         if not consistent:
             return False
         for a in range(count):
-            force[active[a]] += change[a]
-        push(begun, place, share, force, free)
-        exceed(free, place, share, most, speed, excess)
+            force[acts[a]] += change[a]
+        push(begun, rows, force, acts, free)
+        exceed(free, rows, most, speed, excess)
     return False
 
 
@@ -354,21 +367,23 @@ def summed(a, b):
     return total
 
 
-def solved(place, share, active, free, speed, right, limits):
+def solved(rows, active, free, speed, right, limits):
     """Return what ``_solved`` returns of ``_Dual.slope`` of the rows ``active`` (k,), and whether that is
     not None."""
-    k, factor, ahead = len(active), np.empty(len(speed)), np.empty(len(free) if len(speed) else 0)
-    own_place, own_share = np.empty((len(place), k), dtype=np.uint64), np.empty((len(place), k))
-    for row in range(len(place)):
+    (first, second, side, alone), k = rows, len(active)
+    own = np.empty((len(side), k))
+    for axis in range(len(side)):
         for a in range(k):
-            own_place[row, a], own_share[row, a] = place[row, active[a]], share[row, active[a]]
-    slopes_of_caps(free, speed, factor, ahead)
+            own[axis, a] = side[axis, active[a]]
+    of_one = np.count_nonzero(active >= len(first) - alone)
+    own_rows = first[active], second[active], own, of_one
+    factor, ahead = slopes_of_caps(free, speed)
     x, left, along = np.zeros(k), right.copy(), right.copy()
-    moved, pushes = np.empty(k), np.empty(len(free))
+    moved, pushes = np.empty(k), np.empty(free.shape)
     size = summed(left, left)
     least, most = limits[1] * limits[1] * size, limits[2] * limits[2] * size
     for _ in range(2 * k):
-        fall(own_place, own_share, along, factor, ahead, pushes, moved)
+        fall(own_rows, along, factor, ahead, pushes, moved)
         curved = summed(along, moved)
         if size <= least or curved <= 0.0:
             break
@@ -385,80 +400,84 @@ def solved(place, share, active, free, speed, right, limits):
     return x, True
 
 
-def slopes_of_caps(free, speed, factor, ahead):
-    """Fill ``factor`` (n,) and ``ahead`` (n d,) as ``_Dual._slope_of_caps`` computes them."""
+def slopes_of_caps(free, speed):
+    """Return ``factor`` (n,) and ``ahead`` (d, n) as ``_Dual._slope_of_caps`` computes them."""
+    factor, ahead = np.empty(len(speed)), np.zeros((len(free), len(speed)))
     for i in range(len(speed)):
-        d = len(free) // len(speed)
-        size = np.maximum(robots_length(free, i, d), 1e-300)
+        size = np.maximum(velocitys_length(free, i), 1e-300)
         factor[i] = np.minimum(1.0, speed[i] / size)
-        for axis in range(d):
-            ahead[d * i + axis] = free[d * i + axis] / size if factor[i] < 1.0 else 0.0
+        for axis in range(len(free)):
+            ahead[axis, i] = free[axis, i] / size if factor[i] < 1.0 else 0.0
+    return factor, ahead
 
 
-def fall(place, share, change, factor, ahead, pushes, fallen):
-    """Fill ``fallen`` (k,): how changes (k,) of forces lower the excess of their rows."""
-    for at in range(len(pushes)):
-        pushes[at] = 0.0
-    for row in range(len(place)):
-        places, shares = place[row], share[row]
+def fall(rows, change, factor, ahead, pushes, fallen):
+    """Fill ``fallen`` (k,): how changes (k,) of forces lower the excess of their ``rows``."""
+    (first, second, side, alone), pushes[:] = rows, 0.0
+    for axis in range(len(pushes)):
+        own, values = side[axis], pushes[axis]
         for a in range(len(change)):
-            pushes[places[a]] += shares[a] * change[a]
+            values[first[a]] -= own[a] * change[a]
+        for a in range(len(change) - alone):
+            values[second[a]] += own[a] * change[a]
     for i in range(len(factor)):
-        d, along = len(pushes) // len(factor), 0.0
-        for axis in range(d):
-            along += pushes[d * i + axis] * ahead[d * i + axis]
-        for axis in range(d):
-            at = d * i + axis
-            pushes[at] = factor[i] * (pushes[at] - along * ahead[at])
-    press_all(place, share, pushes, fallen)
+        along = 0.0
+        for axis in range(len(pushes)):
+            along += pushes[axis, i] * ahead[axis, i]
+        for axis in range(len(pushes)):
+            pushes[axis, i] = factor[i] * (pushes[axis, i] - along * ahead[axis, i])
+    press_all(rows, pushes, fallen)
 
 
-def gains(first, second, kept, alone, n):
-    """Return the steps (m,) of ``_by_gradients`` of the rows ``kept``, ``alone`` of single robots last."""
-    counts, pairs = np.zeros(n), len(kept) - alone
-    for a in range(len(kept)):
-        counts[first[kept[a]]] += 1.0
-        if a < pairs:
-            counts[second[kept[a]]] += 1.0
-    gain = np.empty(len(kept))
-    for a in range(len(kept)):
-        i, j = first[kept[a]], second[kept[a]]
-        if alone:
-            gain[a] = 1.0 / (counts[i] + (0.0 if i == j else counts[j] - 1.0))
+def gains(rows, near, n):
+    """Return the steps (m,) of ``_by_gradients`` of the rows that are ``near``, 0 of the others."""
+    first, second, _, alone = rows
+    counts, gain, pairs = np.zeros(n), np.zeros(len(near)), len(near) - alone
+    for k in range(len(near)):
+        if near[k]:
+            counts[first[k]] += 1.0
+            counts[second[k]] += 1.0 if k < pairs else 0.0
+    any_alone = near[pairs:].any()
+    for k in np.flatnonzero(near):
+        i, j = first[k], second[k]
+        if any_alone:
+            gain[k] = 1.0 / (counts[i] + (0.0 if i == j else counts[j] - 1.0))
         else:
-            gain[a] = 1.0 / (1.0 + 0.5 * (counts[i] + counts[j] - 2.0))
+            gain[k] = 1.0 / (1.0 + 0.5 * (counts[i] + counts[j] - 2.0))
     return gain
 
 
-def by_both(begun, place, share, most, speed, gain, force, free, counts, limits):
-    """Let ``force`` (m,) be that of ``_by_both``; ``counts``: ``STEPS``, ``FIRST`` and ``SWEEPS``."""
+def by_both(begun, rows, most, speed, gain, force, free, counts, limits):
+    """Let ``force`` (m,) be that of ``_by_both``, and ``free`` (d, n) what it leaves.
+
+    ``counts``: ``STEPS``, ``FIRST`` and ``SWEEPS``.
+    """
     (steps, first, sweeps), spent, done = counts, 0, False
-    for k in range(len(force)):
-        force[k] = 0.0
+    force[:] = 0.0
     while spent < sweeps and not done:
         more = min(max(spent, first), sweeps - spent)
-        done = by_gradients(begun, place, share, most, speed, gain, force, free, more, limits[0])
+        done = by_gradients(begun, rows, most, speed, gain, force, free, more, limits[0])
         spent += more
         found = force.copy()
-        if by_newton(begun, place, share, most, speed, found, free, steps, limits):
-            for k in range(len(force)):
-                force[k] = found[k]
+        if by_newton(begun, rows, most, speed, found, free, steps, limits):
+            force[:] = found
             return
+    push(begun, rows, force, acting(force), free)
 
 
-def by_gradients(begun, place, share, most, speed, gain, force, free, sweeps, tolerance):
+def by_gradients(begun, rows, most, speed, gain, force, free, sweeps, tolerance):
     """Let ``force`` (m,) be that of ``_by_gradients``, from what it is; return whether it was found."""
     m, ahead, momentum = len(force), force.copy(), 1.0
     excess, change = np.empty(m), np.empty(m)
     for _ in range(sweeps):
-        push(begun, place, share, ahead, free)
-        exceed(free, place, share, most, speed, excess)
-        done = True
+        push(begun, rows, ahead, acting(ahead), free)
+        exceed(free, rows, most, speed, excess)
+        changed = 0
         for k in range(m):
-            change[k] = np.maximum(0.0, ahead[k] + gain[k] * excess[k])
-            ahead[k] = change[k]
-            change[k] -= force[k]
-            done &= np.abs(change[k]) < tolerance
+            following = ahead[k] + gain[k] * excess[k]
+            ahead[k] = 0.0 if following <= 0.0 else following
+            change[k] = ahead[k] - force[k]
+            changed += not np.abs(change[k]) < tolerance
         following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
         if summed(change, excess) < 0.0:
             following = momentum = 1.0
@@ -467,7 +486,7 @@ def by_gradients(begun, place, share, most, speed, gain, force, free, sweeps, to
             force[k] = ahead[k]
             ahead[k] = force[k] + factor * change[k]
         momentum = following
-        if done:
+        if not changed:
             return True
     return False
 
@@ -490,23 +509,23 @@ def meet(east, north, room, first, second):
     """
     hit = np.empty(len(first), dtype=np.bool_)
     for p in range(len(first)):
-        i, j = first[p], second[p]
-        hit[p] = touch(east[i], north[i], room[i], east[j], north[j], room[j])
+        hit[p] = touch(east, north, room, first[p], second[p])
     return hit
 
 
-def touch(east, north, room, other_east, other_north, other_room):
-    """Return whether two robots may touch on their courses, of which arguments are rows of ``meet``'s."""
+def touch(east, north, room, i, j):
+    """Return whether robots i and j may touch on their courses, as ``meet`` has them."""
     count = 0
-    for k in range(len(room)):  # all: as vectors they take less than those up to the first
-        x, y = east[k] - other_east[k], north[k] - other_north[k]
-        move_x, move_y = east[k + 1] - other_east[k + 1] - x, north[k + 1] - other_north[k + 1] - y
+    for k in range(room.shape[1]):  # all: as vectors they take less than those up to the first
+        x, y = east[i, k] - east[j, k], north[i, k] - north[j, k]
+        move_x = east[i, k + 1] - east[j, k + 1] - x
+        move_y = north[i, k + 1] - north[j, k + 1] - y
         size = move_x * move_x + move_y * move_y
         share = -(x * move_x + y * move_y) / (size if size > 1e-300 else 1e-300)
         share = share if share > 0.0 else 0.0
         share = share if share < 1.0 else 1.0
         x, y = x + share * move_x, y + share * move_y
-        count += 1 if np.sqrt(x * x + y * y) < room[k] + other_room[k] else 0
+        count += 1 if np.sqrt(x * x + y * y) < room[i, k] + room[j, k] else 0
     return count > 0
 
 

@@ -41,10 +41,10 @@ from mrs_simulator.core.compiled_terms import kept
 from mrs_simulator.vehicles.compiled_courses import followed, longest, roll
 from mrs_simulator.vehicles.courses import LEAST as SHORTEST
 
-FREE, STAND = (
-    0,
-    1,
-)  # STAND: obstacles may be in a robot's way, and whether it can brake is not known
+# STAND: obstacles may be in a robot's way, and whether it can brake is not known.
+FREE, STAND = 0, 1
+ROUNDED = 1e-6  # [m] more than rounding adds to how far robots are from each other
+SLOWER = np.array(SHARES)  # of a tuple the compiled loop would make another at each index
 
 
 def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope, passed):
@@ -73,14 +73,14 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     if len(unlimited):
         wanted = capped(unlimited, most)
     terms = distance, ends, period, slowness, waits
-    velocity = nearest(wanted, points, terms, bounds, speed)
+    velocity, pairs = nearest(wanted, points, terms, bounds, speed)
     turned_away(command, given, wanted, velocity, speed, cos, sin, lead, top, passed)
     inner, speeds = foreseen(known, top, rates)
     ways = braking_ways(passed, speeds, fastest, period, slowness, late)
     for k in range(len(bounds[0])):
         if bounds[2][k] < ways[bounds[0][k]]:
             return STAND, inner, speeds, np.empty(0, dtype=np.bool_)
-    first, second = meeting(pose, radii, ways)
+    first, second = meeting(pose, radii, ways, lead, pairs)
     if len(first):
         states, times = (inner, top, rates), (period, columns, instants, brakes)
         let(passed, pose, states, radii, times, first, second)
@@ -117,50 +117,48 @@ def greatest(velocity):
 
 
 def nearest(wanted, points, terms, bounds, speed):
-    """Return the velocities (n, 2) nearest to ``wanted``, as ``safe_velocities`` does."""
+    """Return the velocities (n, 2) nearest to ``wanted``, as ``safe_velocities`` does.
+
+    And the rows of all pairs of points that are closer than so many metres, (m,) and (m,), and these.
+    """
     distance, (least, largest, latest, slowest), period, slowness, waits = terms
     accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
     fastest, n = 2.0 * greatest(wanted), len(wanted)
     within = most_distant(fastest, least, largest, period, GAMMA, latest, slowest)
     while True:
         given = distance, period, slowness, waits
-        first, second, of_first, of_second, limit = constraints(points, given, within, bounds)
+        first, second, side, limit = constraints(points, given, within, bounds)
         around = bounds[1], bounds[2], bounds[3]
         seen = wanted, points, distance, first, second, limit
         near, share = heeded(*seen, HEEDS, around, LITTLE / SWIRL)
         if near.any():
-            aside, sides = turned_aside(wanted, share), (first, second, of_first, of_second, limit)
-            velocity, pressure = solve(aside, *sides, len(bounds[2]), near, speed, accuracy)
+            aside, rows = turned_aside(wanted, share), (first, second, side, limit)
+            velocity, pressure = solve(aside, *rows, len(bounds[2]), near, speed, accuracy)
             velocity = scaled(velocity, feasible_share(pressure, limit))
         else:
             velocity = capped(wanted, speed) if len(speed) else wanted
-        known = len(limit) - len(bounds[2]) == n * (n - 1) // 2  # all pairs
-        if known or not greatest(velocity) > fastest:
-            return velocity
+        m = len(limit) - len(bounds[2])
+        within = np.inf if m == n * (n - 1) // 2 else within  # all pairs
+        if within == np.inf or not greatest(velocity) > fastest:
+            return velocity, (first[:m], second[:m], within)
         within = np.inf
 
 
 def constraints(points, terms, within, bounds):
-    """Return the columns of ``Rows`` of pairs closer than ``within`` [m], and of ``bounds`` after them."""
+    """Return the columns of rows of pairs closer than ``within`` [m], and of ``bounds`` after them."""
     distance, period, slowness, waits = terms
     robot, way_out, gap, _ = bounds
     first, second = near_pairs(points, within * within)
     times = period, GAMMA
-    rows, limits = pair_rows(points, points, NONE, first, second, distance, times, slowness, waits)
+    side, limit = pair_rows(points, points, NONE, first, second, distance, times, slowness, waits)
     if not len(gap):
-        return first, second, -rows, rows, limits
-    pairs, m = len(first), len(first) + len(gap)
-    i, j, limit = np.empty(m, np.int64), np.empty(m, np.int64), np.empty(m)
-    of_first, of_second, rate = np.empty((m, 2)), np.zeros((m, 2)), min(FIXED_RATE, 1.0 / period)
-    for k in range(pairs):
-        i[k], j[k], limit[k] = first[k], second[k], limits[k]
-        for axis in range(2):
-            of_first[k, axis], of_second[k, axis] = -rows[k, axis], rows[k, axis]
-    for k in range(len(gap)):
-        i[pairs + k], j[pairs + k], limit[pairs + k] = robot[k], robot[k], rate * gap[k]
-        for axis in range(2):
-            of_first[pairs + k, axis] = -way_out[k, axis]
-    return i, j, of_first, of_second, limit
+        return first, second, side, limit
+    pairs, m, rate = len(first), len(first) + len(gap), min(FIXED_RATE, 1.0 / period)
+    i, j = np.empty(m, np.int64), np.empty(m, np.int64)
+    sides, limits = np.empty((2, m)), np.empty(m)
+    i[:pairs], j[:pairs], sides[:, :pairs], limits[:pairs] = first, second, side, limit
+    i[pairs:], j[pairs:], sides[:, pairs:], limits[pairs:] = robot, robot, way_out.T, rate * gap
+    return i, j, sides, limits
 
 
 def scaled(velocity, share):
@@ -235,24 +233,26 @@ def braking_ways(command, speeds, fastest, period, slowness, late):
     return ways
 
 
-def meeting(pose, radii, ways):
-    """Return the rows of pairs that may meet, (p,) and (p,), as ``WayOut._near``."""
-    n, count = len(ways), 0
-    first, second = np.empty(n * (n - 1) // 2, np.int64), np.empty(n * (n - 1) // 2, np.int64)
-    for i in range(n):
-        begun, east, north, own = count, pose[0, i], pose[1, i], radii[i] + ways[i]
-        for j in range(i + 1, n):
-            x, y, reach = east - pose[0, j], north - pose[1, j], own + (radii[j] + ways[j])
-            second[count] = j
-            count += x * x + y * y < 1.001 * reach * reach  # few are near enough for a root
-        near, count = count, begun
-        for k in range(begun, near):
-            j = second[k]
-            x, y, reach = east - pose[0, j], north - pose[1, j], own + (radii[j] + ways[j])
-            if np.sqrt(x * x + y * y) < reach:
-                first[count], second[count] = i, j
-                count += 1
-    return first[:count], second[:count]
+def meeting(pose, radii, ways, lead, pairs):
+    """Return the rows of pairs that may meet, (p,) and (p,), as ``WayOut._near``.
+
+    Among ``pairs``, those of points a ``lead`` [m] before the centres, where no other may meet.
+    """
+    (first, second, within), reach, count = pairs, radii + ways, 0
+    if 2.0 * (reach.max() + np.abs(lead)) + EXACT > within:
+        first, second = near_pairs(pose[:2].T, np.inf)
+    i, j = np.empty_like(first), np.empty_like(first)
+    for p in range(len(first)):
+        i[count], j[count] = first[p], second[p]
+        x, y = pose[0, first[p]] - pose[0, second[p]], pose[1, first[p]] - pose[1, second[p]]
+        own = reach[first[p]] + reach[second[p]]
+        count += x * x + y * y < 1.001 * own * own  # few are near enough for a root
+    close, count = count, 0
+    for p in range(close):
+        x, y = pose[0, i[p]] - pose[0, j[p]], pose[1, i[p]] - pose[1, j[p]]
+        i[count], j[count] = i[p], j[p]
+        count += np.sqrt(x * x + y * y) < reach[i[p]] + reach[j[p]]
+    return i[:count], j[:count]
 
 
 def let(command, pose, states, radii, times, first, second):
@@ -269,6 +269,7 @@ def let(command, pose, states, radii, times, first, second):
     given, target, still = command.copy(), np.empty((n, 2)), np.zeros((n, 2))
     east, north = np.empty((n, count + 1)), np.empty((n, count + 1))
     room, fast, start = np.empty((n, count)), np.empty(n), np.ascontiguousarray(pose[:2].T)
+    reach = np.empty((n, count))
     while True:
         slow_down(given, level, renewed, command)
         for i in range(n):
@@ -283,7 +284,8 @@ def let(command, pose, states, radii, times, first, second):
         own, found = (inner, target, held, still), (east, north, room, fast)
         roll(own, rates, columns, pose[2], start, (instants, then, steps), renewed, found)
         widen(room, radii, fast, period, renewed)
-        if not stop(level, renewed, east, north, room, first, second):
+        surround(east, north, room, renewed, reach)
+        if not stop(level, renewed, east, north, room, reach, first, second):
             return
 
 
@@ -293,7 +295,7 @@ def slow_down(given, level, renewed, command):
         if renewed[i] and level[i] == BRAKES:
             command[0, i] = command[1, i] = 0.0
         elif renewed[i]:
-            command[0, i] = given[0, i] * SHARES[level[i]]
+            command[0, i] = given[0, i] * SLOWER[level[i]]
 
 
 def braking(instants, period, most, brakes):
@@ -319,10 +321,30 @@ def widen(aside, radii, fast, period, renewed):
                 aside[i, k] = radii[i] + (aside[i, k] + EXACT + LATE * period * fast[i])
 
 
-def stop(level, renewed, east, north, room, first, second):
+def surround(east, north, room, renewed, reach):
+    """Let ``reach`` (n, k) [m] be how far robots that are ``renewed`` get from where intervals begin."""
+    for i in range(len(room)):
+        if renewed[i]:
+            x, y, own = east[i], north[i], reach[i]
+            for k in range(len(own)):
+                move_x, move_y = x[k + 1] - x[k], y[k + 1] - y[k]
+                own[k] = room[i, k] + np.sqrt(move_x * move_x + move_y * move_y) + ROUNDED
+
+
+def are_near(east, north, reach, i, j):
+    """Return whether robots i and j get within ``reach`` of each other; if not, they do not touch."""
+    count = 0
+    for k in range(reach.shape[1]):
+        x, y, both = east[i, k] - east[j, k], north[i, k] - north[j, k], reach[i, k] + reach[j, k]
+        count += 1 if x * x + y * y < both * both else 0
+    return count > 0
+
+
+def stop(level, renewed, east, north, room, reach, first, second):
     """Raise the ``level`` (n,) of robots of pairs that may touch; return whether any was raised.
 
-    ``renewed`` (n,): robots whose pairs are looked at, and on return those whose level was raised.
+    ``renewed`` (n,): robots whose pairs are looked at, and on return those whose level was raised;
+    ``reach`` (n, k) [m]: as :func:`surround` has it.
     """
     n = len(level)
     stops = np.zeros(n, np.bool_)
@@ -332,7 +354,7 @@ def stop(level, renewed, east, north, room, first, second):
             continue
         if stops[i] and stops[j]:
             continue
-        if touch(east[i], north[i], room[i], east[j], north[j], room[j]):
+        if are_near(east, north, reach, i, j) and touch(east, north, room, i, j):
             stops[i] = stops[j] = True
     raised = False
     for i in range(n):

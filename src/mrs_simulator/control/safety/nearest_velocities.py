@@ -160,8 +160,8 @@ def _looped_rows(loops, points, distance, period, gamma, squash, brakes, within)
     squash = NONE if squash is None else squash
     slowness, late = (NONE, NONE) if brakes is None else brakes
     given, terms = (first, second, np.atleast_2d(distance)), (float(period), float(gamma))
-    rows, limit = loops.pair_rows(seen, points, squash, *given, terms, slowness, late)
-    return Rows(first, second, -rows, rows, limit)
+    side, limit = loops.pair_rows(seen, points, squash, *given, terms, slowness, late)
+    return Rows(first, second, -side.T, side.T, limit)
 
 
 def _looped_shares(loops, wanted, seen, distance, rows, bounds):
@@ -175,7 +175,9 @@ def _looped_solution(loops, wanted, rows, near, speed):
     """As ``_solution``, by the ``loops``."""
     accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
     speed = NONE if speed is None else np.array(speed, dtype=float)
-    return loops.solve(np.ascontiguousarray(wanted), *rows, near, speed, accuracy)
+    side = np.ascontiguousarray(-rows.of_first.T)
+    given = rows.first, rows.second, side, rows.limit, rows.alone, near
+    return loops.solve(np.ascontiguousarray(wanted), *given, speed, accuracy)
 
 
 def _is_beyond(speed, velocity):

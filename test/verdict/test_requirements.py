@@ -238,6 +238,23 @@ def test_of_a_scenario_those_that_it_has_are_listed_and_why_others_not(tmp_path)
     assert "Consensus wants no place of each robot" in absent and "  distance " in has
 
 
+def test_a_requirement_of_what_the_scenario_has_not_is_told(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    formulas = {
+        "near": "always(sensor.front.rangez > 1)",
+        "odd": "always(curve.speed < 1 or x > 0 m)",
+    }
+    path.write_text(scenario(**formulas, apart="always(distance > 0 m)").to_yaml())
+    lines = listed(path).splitlines()
+    open_ = {
+        lines[k - 1].split(":")[0].strip(): each for k, each in enumerate(lines) if "open" in each
+    }
+    assert open_ == {
+        "near": "    is left open: the scenario has no sensor.front.rangez",
+        "odd": "    is left open: the scenario has no curve.speed",
+    }
+
+
 def test_curves_and_sensors_of_a_scenario_are_listed_by_the_names_that_formulas_take():
     text = listed("exploration.yaml")
     wanted = "curve.floor_seen", "sensor.sonar.ranges", "sensor.laser.ranges"

@@ -83,10 +83,16 @@ class Requirement(NamedTuple):
     text: str
 
     @property
+    def signals(self):
+        """Return the names of the signals of which the formula speaks, a set."""
+        return {name for each in predicates(self.formula) for name in each.signals}
+
+    @property
     def sensors(self):
         """Return the names and fields of the sensors of which the formula speaks, a set of pairs."""
-        names = {name for each in predicates(self.formula) for name in each.signals}
-        return {tuple(name.split(".")[1:]) for name in names if name.startswith(SENSOR + ".")}
+        return {
+            tuple(name.split(".")[1:]) for name in self.signals if name.startswith(SENSOR + ".")
+        }
 
     @property
     def formula(self):

@@ -108,8 +108,12 @@ def main(argv=None):
     with refusing_bad_input("requirements"):
         scenario = load_scenario(scenario_path(arguments.scenario))
         rows, absent = signals_of(scenario)
+    known = {name for name, *_ in rows}
     for each in scenario.requirements:
         print("  {}: {}".format(each.name, each.text))
+        lacking = sorted(each.signals - known)
+        if lacking:
+            print("    is left open: the scenario has no {}".format(", ".join(lacking)))
     print("\n".join(_lines(rows)))
     if absent:
         print("not in this scenario")

@@ -67,10 +67,13 @@ from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
 from mrs_simulator.rqt_plugin.run.processes import PARENT, Processes
 from mrs_simulator.rqt_plugin import study_widget
+from mrs_simulator.rqt_plugin.curves import drawn
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from gui_tables import judged_row, rows_of
 EditedScenario.predict = lambda *_: None  # as with no_predictions
-study_widget.FRAME = 250  # [ms]: most of the window's work while tests wait is pictures that nobody sees
+# Most of the window's work while tests wait is pictures that nobody sees.
+study_widget.FRAME = 250  # [ms]
+drawn.DrawnCurves.tick = drawn._Canvas.draw = lambda *_: None
 popen = Processes._open
 def forked_open(processes, name, command):
     # Nodes are forks, as are laws: to load each anew takes longer than most of them run.

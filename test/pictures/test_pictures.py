@@ -168,7 +168,11 @@ def test_a_wall_hides_what_is_behind_it_and_not_what_is_before_it():
 
 
 @pytest.mark.parametrize("pitch", [-89.0, -40.0, -5.0])
-@pytest.mark.parametrize("name", ["pioneer3dx", "husky", "wamv", "crazyflie2"])
+@pytest.mark.parametrize(
+    "name",
+    ["pioneer3dx", "crazyflie2"]
+    + [pytest.param(name, marks=pytest.mark.release) for name in ("husky", "wamv")],
+)
 def test_parts_hide_one_another_as_their_distances_tell(name, pitch):
     # The picture's faces against the nearest face on the ray of each of their middles.
     model = kind_model(kind(name))

@@ -54,6 +54,7 @@ until(lambda: not gui.connection.is_fresh("stage"))
     assert verdict["final_gaps"] == pytest.approx([2.0, 2.0, 2.0], abs=0.2)
 
 
+@pytest.mark.release
 def test_an_edge_drawn_reaches_the_laplacian_of_the_running_controller(gui, ros):
     ros.node("stage", "--robots", 4)
     ros.node("pioneer_control", "--robots", 4)
@@ -152,6 +153,7 @@ until(lambda: glob.glob(os.path.expanduser("~/mrs_runs/*.bag")))
     assert len(read_bag(str(bag)).time) > 5
 
 
+@pytest.mark.release
 def test_the_team_is_sent_to_the_stage(gui, ros):
     ros.node("stage", "--robots", 4)
     gui(
@@ -167,32 +169,30 @@ until(lambda: abs(gui.connection.snapshot().pose[0, 2] - 0.5) < 1e-9)
     )
 
 
-@pytest.mark.parametrize("before", [None, False])
-def test_the_masters_clock_setting_is_left_as_it_was(gui, ros, before):
-    master = xmlrpc.client.ServerProxy(ros.uri)
-    master.deleteParam("/test", "/use_sim_time")
-    if before is not None:
-        master.setParam("/test", "/use_sim_time", before)
+def test_the_masters_clock_setting_is_left_as_it_was(gui, ros):
+    xmlrpc.client.ServerProxy(ros.uri).deleteParam("/test", "/use_sim_time")
     gui(
         """
 import threading
 askers = []
 def spied(function):
     return lambda *a: askers.append(threading.current_thread()) or function(*a)
+set_param = rospy.set_param
 rospy.set_param, rospy.delete_param = spied(rospy.set_param), spied(rospy.delete_param)
 click("simulate")
 until(lambda: gui.connection.is_fresh("stage"))
 assert rospy.get_param("/use_sim_time") is True
 click("end")
-until(lambda: rospy.get_param("/use_sim_time", None) is {0})
+until(lambda: rospy.get_param("/use_sim_time", None) is None)
+set_param("/use_sim_time", False)
 click("simulate")  # as soon as it may be
 until(lambda: gui.connection.is_fresh("stage"))
 assert rospy.get_param("/use_sim_time") is True
 assert "attached" not in gui.messages.toPlainText()
 gui.close_study()
-assert rospy.get_param("/use_sim_time", None) is {0}
+assert rospy.get_param("/use_sim_time", None) is False
 assert threading.main_thread() not in askers and len(askers) >= 3
-""".format(before)
+"""
     )
 
 
@@ -298,6 +298,7 @@ until(lambda: "is kept in" in gui.messages.toPlainText())
     assert change.value["parameters"]["k"] == 0.07 and 2.0 <= before <= change.time <= after
 
 
+@pytest.mark.release
 def test_the_gui_attaches_to_another_team_than_its_own(gui, ros):
     ros.node("stage", "--robots", 6)
     ros.node("pioneer_control", "--robots", 6)
@@ -541,28 +542,6 @@ else:
     )
 
 
-ONE_CLICK = """
-gui.study.edited.scenario = gui.scenario._replace(duration=2.0)
-gui.bar.set_speed(0)
-for runs in range(1, int(sys.argv[2]) + 1):
-    click("run")
-    until(lambda: gui.messages.toPlainText().count("saved to") == runs)
-    assert gui.results_tabs.currentWidget() is gui.verdict
-    until(lambda: gui.connection.newest("stage").paused)
-"""
-
-
-def test_one_click_runs_the_scenario_over_ros_and_another_does_so_again(gui, tmp_path):
-    gui(ONE_CLICK, 2)
-    runs = [
-        read_run(str(path)) for path in (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
-    ]
-    assert len(runs) == 2
-    for run in runs:  # from where the scenario begins
-        assert run.pose[0].tolist() == runs[0].pose[0].tolist()
-        assert run.time[0] == 0.0 and run.time[-1] == run.scenario.duration == 2.0
-
-
 STILL = """
 from mrs_simulator import PioneerControl, make_twist
 
@@ -571,19 +550,36 @@ class Still(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {number: make_twist(0.0, 0.0) for number in pos_map}
 """
-NO_MOTION = """
-gui.protocol.take_file(sys.argv[3])
-until(lambda: gui.scenario.control.protocol == sys.argv[3])
-"""
 
 
-def test_a_run_over_ros_in_which_no_robot_moves_ends_after_its_duration(gui, tmp_path):
+def test_a_click_runs_the_scenario_over_ros_each_time_also_where_no_robot_moves(gui, tmp_path):
     (tmp_path / "still.py").write_text(STILL)
-    gui(NO_MOTION + ONE_CLICK, 1, tmp_path / "still.py")
-    (path,) = (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
-    run = read_run(str(path))
-    assert run.time[-1] - run.time[0] >= 1.8 and (run.command == 0.0).all()
-    assert (run.pose == run.pose[0]).all() and not run.meta.get("uncommanded")
+    gui(
+        """
+gui.study.edited.scenario = gui.scenario._replace(duration=2.0)
+gui.bar.set_speed(0)
+for runs in (1, 2, 3):
+    if runs == 3:
+        gui.protocol.take_file(sys.argv[2])
+        until(lambda: gui.scenario.control.protocol == sys.argv[2])
+    click("run")
+    until(lambda: gui.messages.toPlainText().count("saved to") == runs)
+    assert gui.results_tabs.currentWidget() is gui.verdict
+    until(lambda: gui.connection.newest("stage").paused)
+""",
+        tmp_path / "still.py",
+    )
+    found = [
+        read_run(str(path)) for path in (tmp_path / ".local/share/mrs_simulator/runs").iterdir()
+    ]
+    (still,) = (run for run in found if "still.py" in run.scenario.control.protocol)
+    runs = [run for run in found if run is not still]
+    assert len(runs) == 2
+    for run in runs:  # from where the scenario begins
+        assert run.pose[0].tolist() == runs[0].pose[0].tolist()
+        assert run.time[0] == 0.0 and run.time[-1] == run.scenario.duration == 2.0
+    assert still.time[-1] - still.time[0] >= 1.8 and (still.command == 0.0).all()
+    assert (still.pose == still.pose[0]).all() and not still.meta.get("uncommanded")
 
 
 def test_a_window_whose_master_is_killed_in_a_run_goes_on_and_its_emergency_stop_works(gui, ros):

@@ -163,9 +163,13 @@ def test_a_release_does_not_let_go_what_another_has_stopped_since(gui, ros):
     ros.node("stage", "--robots", 4)
     gui(
         """
-import subprocess
+import shutil
+def started(script, *words):
+    log = os.path.join(gui.study.processes.directory, "started.log")
+    return programs.start(script, words, dict(os.environ), log, log)
 def controller():
-    return subprocess.Popen(["rosrun", "mrs_simulator", "pioneer_control", "--robots", "4"])
+    script = os.path.join(os.environ["FORKED_PROGRAMS"], "pioneer_control")
+    return started(script, "--robots", "4")
 def stopped():
     control = gui.connection.newest("control")
     return gui.connection.is_fresh("control") and control.trouble == "emergency stop"
@@ -176,7 +180,7 @@ until(stopped)
 until(lambda: gui.study.state.is_emergency() and gui.bar.is_emergency())
 click("emergency")
 until(lambda: not gui.study.state.is_emergency())
-other = subprocess.Popen(["rostopic", "pub", "/emergency_stop", "std_msgs/Bool", "true"])
+other = started(shutil.which("rostopic"), "pub", "/emergency_stop", "std_msgs/Bool", "true")
 until(lambda: gui.study.state.is_emergency())
 first.terminate()
 first.wait()

@@ -78,6 +78,7 @@ assert "start it for the new protocol" in gui.messages.toPlainText()
     )
 
 
+@pytest.mark.release
 def test_a_person_may_judge_a_place(gui, robots):
     x, y, theta = poses()[2]
     robots.ask("stand_in(3, [{}, {}, {}])".format(x + 0.6, y, theta))
@@ -198,6 +199,7 @@ until(lambda: not gui.study.is_controlled())
     ros.stop(stage)
 
 
+@pytest.mark.release
 def test_a_controller_for_another_law_is_said(gui, robots, ros):
     ros.node("pioneer_control", "--robots", 4, "--protocol", "consensus", "_autostart:=false")
     gui(
@@ -277,7 +279,10 @@ requirements:
 """
 
 
-@pytest.mark.parametrize("real", [(1,), (1, 2)], ids=["mixed", "real"])
+@pytest.mark.parametrize(
+    "real",
+    [pytest.param((1,), id="mixed"), pytest.param((1, 2), id="real", marks=pytest.mark.release)],
+)
 def test_a_run_has_the_same_answers_from_the_window_as_from_the_recorder(gui, ros, tmp_path, real):
     be_patient(ros, use_sim_time=False)  # at which drivers look at once
     master = xmlrpc.client.ServerProxy(ros.uri)

@@ -46,13 +46,17 @@ def test_a_host_without_a_handler_keeps_its_own_way(closed):
         assert signal.getsignal(signal.SIGINT) is own
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=os.path.basename)
-def test_an_interrupt_while_modules_load_shows_no_traceback(tmp_path, script):
+def test_an_interrupt_while_modules_load_shows_no_traceback(tmp_path):
+    texts = set()
+    for script in SCRIPTS:
+        with open(script, encoding="utf-8") as file:
+            texts.add(file.read())
+    assert len(texts) == 1 and len(SCRIPTS) >= 20  # one program: what one of them does all do
     (tmp_path / "mrs_simulator").mkdir()
     loading = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n"
     (tmp_path / "mrs_simulator" / "__init__.py").write_text(loading)
     ended = subprocess.run(
-        [sys.executable, script],
+        [sys.executable, SCRIPTS[0]],
         env=dict(os.environ, PYTHONPATH=str(tmp_path)),
         preexec_fn=heed_interrupts,
         stderr=subprocess.PIPE,

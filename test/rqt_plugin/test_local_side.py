@@ -33,23 +33,29 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 PAPER = os.path.join(ROOT, "scenarios", "paper_four.yaml")
 LOADED = "PyQt5.QtTest", "mrs_simulator.rqt_plugin.study_widget"
 PRELUDE = """
-import os, sys, time
+import os, subprocess, sys, time, types
 sys.modules.update(dict.fromkeys({modules}))
 os.environ["QT_QPA_PLATFORM"] = "offscreen"
 sys.path.append({tests!r})
 from forked import OwnForker, forking_subprocess
 from mrs_simulator.control import worker_process
 from mrs_simulator.rqt_plugin.run import processes
+forking = forking_subprocess(OwnForker())
 if {forks}:
-    processes.subprocess = worker_process.subprocess = forking_subprocess(OwnForker())
+    worker_process.subprocess = forking
+def opened(command, **given):
+    return (forking if {forks} or "report" in command else subprocess).Popen(command, **given)
+processes.subprocess = types.SimpleNamespace(**dict(vars(subprocess), Popen=opened))
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
+from mrs_simulator.rqt_plugin.curves import drawn
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.window.main_window import open_application
 from mrs_simulator.scenario.scenario import load_scenario
 application = open_application("gui")
+drawn.DrawnCurves.tick = drawn._Canvas.draw = lambda *_: None  # nobody sees them
 connection = LocalConnection()
 gui = StudyWidget(connection, LocalProcesses(connection), load_scenario(sys.argv[1]))
 gui.resize(1280, 740)
@@ -92,7 +98,7 @@ def end():
 def in_window(code, path, tmp_path, *arguments, forks=True):
     """Return what a piece of Python in the process of a window printed, without a module of ROS.
 
-    ``forks``: whether the window's programs and laws are forks, which load nothing.
+    ``forks``: whether its simulation and laws are forks, which load nothing, as what draws figures is.
     """
     script, log = tmp_path / "window.py", tmp_path / "window.log"
     tests = os.path.dirname(forked.__file__)

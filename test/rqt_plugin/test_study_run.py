@@ -720,3 +720,24 @@ def test_a_file_that_ends_its_program_as_it_is_imported_is_named_with_the_line(t
     run = study()
     said = run.edited.set_protocol(str(law))
     assert "SystemExit(3)" in said and "ends.py:3: sys.exit(3)" in said
+
+
+def test_a_controller_elsewhere_that_runs_another_law_keeps_the_robots_standing(tmp_path):
+    other = SimpleNamespace(**dict(vars(STANDS), protocol="Formation"))
+    connection, processes = Connection(control=other), Processes(directory=tmp_path)
+    connection.controller_arguments, connection.has_simulated_time = lambda _: [], lambda: False
+
+    def all_pass(*words, **_):
+        with open(words[words.index("--json") + 1], "w") as file:
+            file.write("[]")
+        return 0, ""
+
+    processes.run = all_pass
+    run = study(connection=connection, processes=processes)
+    run.state.real = lambda: frozenset({1})
+    run.do("control")
+    ((_, name, work),) = [asked for asked in connection.asked if asked[0] == "do"]
+    said = run.take_result(name, *work())
+    assert "the controller is not started" in said
+    assert run.preflight.findings == [("", "controller", "runs Formation", "Consensus", False)]
+    assert not run.preflight.may_judge() and ("start",) not in connection.asked

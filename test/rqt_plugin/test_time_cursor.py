@@ -36,10 +36,14 @@ def sample(n, row):
     return snapshot_of(row * STEP, tuple(range(1, n + 1)), pose, twist, command, fresh)
 
 
+DRAWS_CURVES = pytest.mark.parametrize("study", [True], indirect=True)
+
+
 @pytest.fixture
-def study():
+def study(request):
     application = QApplication.instance() or QApplication([])
-    widget = quiet_study(load_scenario(scenario_path("paper_four")), draws_curves=True)
+    draws = getattr(request, "param", False)
+    widget = quiet_study(load_scenario(scenario_path("paper_four")), draws_curves=draws)
     widget.history.before_clearing = lambda: None  # nothing is kept
     for row in range(SAMPLES):
         widget.history.append(sample(4, row))
@@ -128,6 +132,7 @@ def test_a_replay_runs_to_the_end_at_its_speed_and_begins_again(study):
     assert cursor.time == BEGUN and cursor.playing
 
 
+@DRAWS_CURVES
 def test_a_click_on_curves_chooses_the_moment_and_a_drag_does_not(study):
     study.results_tabs.setCurrentWidget(study.curves)
     wait_drawn(study.curves)

@@ -145,10 +145,10 @@ class Forker:
             streams = nothing.fileno(), file.fileno(), other.fileno()
             return self._start([script, *arguments], environment, streams, directory, **given)
 
-    def start_piped(self, script, environment):
+    def start_piped(self, script, environment, *arguments):
         """Run a ``script`` of Python with pipes to its input and from its output."""
         (stdin, to), (of, stdout) = os.pipe(), os.pipe()
-        process = self._start([script], environment, (stdin, stdout, 2))
+        process = self._start([script, *arguments], environment, (stdin, stdout, 2))
         os.close(stdin)
         os.close(stdout)
         process.stdin, process.stdout = os.fdopen(to, "wb"), os.fdopen(of, "rb")

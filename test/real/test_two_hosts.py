@@ -9,9 +9,11 @@ import sys
 import time
 
 import pytest
-from ros_fixtures import PATIENCE, STOP_LIMIT, Probe, log_of, program, start_logged, wait_until
+from forked import forker
+from ros_fixtures import PATIENCE, STOP_LIMIT, Probe, log_of, log_settings, program, wait_until
 
-PROBE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "ros_probe.py")
+TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PROBE, ON_HOST = (os.path.join(TESTS, name + ".py") for name in ("ros_probe", "on_host"))
 PORT = "11311"
 LAN = "lan"  # name of each host's interface
 START = "call('/pioneer_control/start', Trigger)"
@@ -31,6 +33,7 @@ class Host:
             ROS_IP=address,
             ROS_LOG_DIR=str(directory / "ros"),
             PYTHONUNBUFFERED="1",
+            ROS_PYTHON_LOG_CONFIG_FILE=log_settings(),
         )
         self.environment.pop("ROS_HOSTNAME", None)
         try:
@@ -41,21 +44,30 @@ class Host:
             raise
         ip("-n", name, "link", "set", "lo", "up")
 
-    def start(self, name, *command, **pipes):
-        """Start a process on this host; its output goes to a file if not to a pipe."""
-        command = ["ip", "netns", "exec", self.name, *map(str, command)]
-        log = str(self._directory / (name + ".log"))
-        process = start_logged(command, log, self.environment, **pipes)
+    def start(self, name, script, *arguments):
+        """Start a script of Python on this host; its output goes to a file."""
+        log, given = (
+            str(self._directory / (name + ".log")),
+            [self.name, script, *map(str, arguments)],
+        )
+        process = forker().start(ON_HOST, given, self.environment, log, log)
+        process.log = log
         self.processes.append(process)
         return process
+
+    def probe(self):
+        """Start a ``Probe`` on this host."""
+        process = forker().start_piped(ON_HOST, self.environment, self.name, PROBE)
+        self.processes.append(process)
+        return Probe(process)
 
     def node(self, script, *arguments):
         """Start a node of the package."""
         return self.start(script, program(script), *arguments)
 
-    def call(self, *command):
-        """Run a command to its end; return its exit code."""
-        return self.start("call", *command).wait(STOP_LIMIT)
+    def call(self, command, *arguments):
+        """Run a command of ROS to its end; return its exit code."""
+        return self.start("call", shutil.which(command), *arguments).wait(STOP_LIMIT)
 
     def cable(self, state):
         """Pull the cable, "down", or put it back, "up"."""
@@ -91,7 +103,7 @@ def hosts(tmp_path):
         for host in made:
             ip("-n", host.name, "address", "add", host.address + "/24", "dev", LAN)
             host.cable("up")
-        made[0].master = made[0].start("master", "rosmaster", "--core", "-p", PORT)
+        made[0].master = made[0].start("master", shutil.which("rosmaster"), "--core", "-p", PORT)
         use_clock = ["rosparam", "set", "/use_sim_time", "true"]
         wait_until(lambda: made[0].call(*use_clock) == 0)
         made[0].node("stage", "--robots", 4)
@@ -101,14 +113,9 @@ def hosts(tmp_path):
             host.close()
 
 
-def probe_on(host):
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": None}
-    return Probe(host.start("probe", sys.executable, PROBE, **pipes))
-
-
 def test_a_cut_link_stops_the_robots_and_they_go_on_when_asked_to(hosts):
     control = hosts[1].node("pioneer_control", "--robots", 4, "_resume:=false")
-    probe = probe_on(hosts[0])
+    probe = hosts[0].probe()
     for end in hosts:  # whichever host loses its cable
         probe.wait(DRIVE)
         # Slowly: the latency of this test's own looks is then short in simulated time.
@@ -136,7 +143,7 @@ def test_a_cut_link_stops_the_robots_and_they_go_on_when_asked_to(hosts):
 
 def test_left_alone_they_go_on_in_the_simulator(hosts):
     hosts[1].node("pioneer_control", "--robots", 4)
-    probe = probe_on(hosts[0])
+    probe = hosts[0].probe()
     probe.wait(DRIVE)
     hosts[1].cable("down")
     probe.wait(REST)
@@ -146,7 +153,7 @@ def test_left_alone_they_go_on_in_the_simulator(hosts):
 
 def test_without_a_master_the_robots_still_obey_the_control_node(hosts):
     control = hosts[1].node("pioneer_control", "--robots", 4)
-    probe = probe_on(hosts[0])
+    probe = hosts[0].probe()
     probe.wait(DRIVE)
     hosts[0].master.kill()
     hosts[0].master.wait(STOP_LIMIT)

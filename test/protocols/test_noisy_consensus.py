@@ -13,6 +13,7 @@ from mrs_simulator.protocols.consensus.noise_equations import (
 )
 
 QUIET = {"velocity_noise": 0.0, "robot_noise": 0.0, "listener_noise": 0.0}
+SOON = {"gain": 2.0}, 110.0  # twice the gain that ships, half the time [s] that a variance needs
 STEADY = "steady variance"
 
 
@@ -69,7 +70,7 @@ def test_the_error_of_a_measured_variance():
     "noise", [{"velocity_noise": 0.1}, {"robot_noise": 0.1}, {"listener_noise": 0.1}]
 )
 def test_each_noise_has_its_gain_and_no_other(noise, tmp_path):
-    scenario = shipped("noisy_consensus", {**QUIET, **noise})
+    scenario = shipped("noisy_consensus", {**QUIET, **SOON[0], **noise}, duration=SOON[1])
     verdict = verdict_of(scenario, tmp_path)
     assert verdict["passed"], verdict["checks"]
     steady = check(verdict, STEADY)
@@ -87,7 +88,8 @@ def test_noise_of_half_the_variance_more_is_noticed(tmp_path):
                 int(50 * self.time)
             ).standard_normal(hand.shape) / np.sqrt(2.0 * self.period)
 
-    verdict = verdict_of(shipped("noisy_consensus"), tmp_path, Louder)
+    scenario = shipped("noisy_consensus", SOON[0], duration=SOON[1])
+    verdict = verdict_of(scenario, tmp_path, Louder)
     assert check(verdict, STEADY)["passed"] is False
 
 

@@ -25,6 +25,9 @@ WORDS = st.one_of(
     st.sampled_from(["", "nan", "inf", "-1", "0", "1e308", "1 2", "0 0 0", "base_link", "fixed"]),
     st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=0x2FF), max_size=6),
 )
+CONTROLLERS = yaml.safe_load(CONTROLLER)
+with open(os.path.join(DIRECTORY, "pioneer3dx.yaml")) as PIONEER:
+    KIND = yaml.safe_load(PIONEER)
 ELEMENTS = len(list(ElementTree.fromstring(urdf()).iter()))
 
 
@@ -102,12 +105,11 @@ def test_any_bytes_in_a_description(tmp_path, new, start, length):
 @FEW
 @given(st.data(), VALUES)
 def test_any_value_in_a_controllers_file(tmp_path, data, value):
-    content = yaml.safe_load(CONTROLLER)
-    place = data.draw(st.sampled_from(sorted(places(content), key=str)))
+    place = data.draw(st.sampled_from(sorted(places(CONTROLLERS), key=str)))
     path = write_package(tmp_path, urdf(plugin=""))
     directory = os.path.dirname(path)
     with open(os.path.join(directory, "control.yaml"), "w") as file:
-        yaml.safe_dump(changed(content, place, value), file)
+        yaml.safe_dump(changed(CONTROLLERS, place, value), file)
     own = {"scout": {"import": {"urdf": path, "controller": "control.yaml"}}}
     check(lambda: kind("scout", directory, own))
 
@@ -115,10 +117,8 @@ def test_any_value_in_a_controllers_file(tmp_path, data, value):
 @FEW
 @given(st.data(), VALUES)
 def test_any_value_in_a_kinds_file(tmp_path, data, value):
-    with open(os.path.join(DIRECTORY, "pioneer3dx.yaml")) as file:
-        content = yaml.safe_load(file)
+    content = {key: part for key, part in KIND.items() if key != "model"}
     content["import"] = {"urdf": write_package(tmp_path), "packages": {}, "arguments": {}}
-    content.pop("model")
     if data.draw(st.booleans()):
         content = {"base": "pioneer3dx", "limits": content["limits"], "body": content["body"]}
     place = data.draw(st.sampled_from(sorted(places(content), key=str)))

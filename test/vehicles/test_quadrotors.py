@@ -64,10 +64,10 @@ def test_it_turns_on_the_spot_and_in_flight(motion):
     assert headings(spatial.orientation)[0] == pytest.approx(pose[0, 2], abs=1e-9)
     # A circle of 0.5 m while it turns by 1 rad/s.
     seen = []
-    for _ in range(700):
+    for _ in range(430):
         inner = flown(motion, inner, row(0.5, 0.0, 0.0, 1.0), STEP)
         seen.append(motion.state(inner)[0][0, :2].copy())
-    across = np.ptp(np.array(seen)[350:], axis=0)
+    across = np.ptp(np.array(seen)[110:], axis=0)
     np.testing.assert_allclose(across, 1.0, atol=0.08)
 
 
@@ -211,7 +211,7 @@ def test_silence_hovers_first_and_lands_then():
     assert not told[:, [0, 1, 3]].any()
 
 
-@pytest.fixture(params=["plain", "compiled"])
+@pytest.fixture(params=["plain", pytest.param("compiled", marks=pytest.mark.release)])
 def loops(request):
     """Return the loops of quadrotors' forces, as Python runs them and compiled."""
     if request.param == "plain":

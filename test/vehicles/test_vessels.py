@@ -192,14 +192,13 @@ def test_a_propellers_shaft_lags():
     np.testing.assert_allclose(after, row(63.2121, 50.0), atol=1e-4)
 
 
-def driven(name, wanted, duration, step=0.02, current=(0.0, 0.0)):
-    afloat, pose = vessel_dynamics.begin(1), np.zeros((1, 3))
+def driven(name, wanted, duration, step=0.02):
+    """Return boats of a kind, one for each of ``wanted`` (m, 2) [m/s, rad/s], after ``duration`` [s]."""
+    wanted, force = np.array(wanted), np.zeros((len(wanted), 3))
+    afloat = vessel_dynamics.begin(len(wanted))
     for _ in range(int(round(duration / step))):
-        afloat, mean = vessel_dynamics.advanced(
-            afloat, np.zeros((1, 3)), BOATS[name], step, row(*wanted)
-        )
-        pose = hydrodynamics.drifted(pose, mean, np.array(current), step)
-    return afloat, pose
+        afloat, _ = vessel_dynamics.advanced(afloat, force, BOATS[name], step, wanted)
+    return afloat
 
 
 @pytest.mark.parametrize(
@@ -209,19 +208,19 @@ def driven(name, wanted, duration, step=0.02, current=(0.0, 0.0)):
 def test_speeds_are_held_by_their_controllers(name, surge, yaw):
     times = vessel_dynamics.responses(BOATS[name]).ravel()
     np.testing.assert_allclose(times, [surge, yaw], atol=1e-3)
-    for wanted in ((1.0, 0.0), (0.8, 0.2), (0.3, -0.3)):
-        held = driven(name, wanted, 20.0)[0].velocity[0]
-        assert held[0] == pytest.approx(wanted[0], abs=0.1)
-        # The Heron's controller of turning has no integral.
-        assert held[2] == pytest.approx(wanted[1], abs=0.08 if name == "heron" else 0.04)
+    told = np.array([(1.0, 0.0), (0.8, 0.2), (0.3, -0.3), (9.0, 0.0)])
+    held = driven(name, told, 20.0).velocity
+    np.testing.assert_allclose(held[:3, 0], told[:3, 0], rtol=0.0, atol=0.1)
+    # The Heron's controller of turning has no integral.
+    atol = 0.08 if name == "heron" else 0.04
+    np.testing.assert_allclose(held[:3, 2], told[:3, 1], rtol=0.0, atol=atol)
     # A boat cannot do more than its thrusters.
-    full = driven(name, (9.0, 0.0), 20.0)[0].velocity[0, 0]
     most = thrusters.thrust(row(999.0, 999.0), BOATS[name]).sum()
-    assert full == pytest.approx(steady_speed(most, BOATS[name]), rel=1e-3)
+    assert held[3, 0] == pytest.approx(steady_speed(most, BOATS[name]), rel=1e-3)
 
 
 def test_the_integral_waits_while_thrusters_give_all_they_can():
-    afloat, _ = driven("otter", (9.0, 0.0), 30.0)
+    afloat = driven("otter", [(9.0, 0.0)], 30.0)
     assert abs(afloat.integral[0, 0]) < 1.0
     for _ in range(500):
         afloat, _ = vessel_dynamics.advanced(
@@ -237,6 +236,6 @@ def test_what_a_boat_of_one_kind_does_another_beside_it_does_not_change():
     for _ in range(100):
         afloat, _ = vessel_dynamics.advanced(afloat, np.zeros((3, 3)), numbers, 0.02, wanted)
     for robot, name in enumerate(EVERY):
-        alone, _ = driven(name, (0.8, 0.2), 2.0)
+        alone = driven(name, [(0.8, 0.2)], 2.0)
         for part, own in zip(afloat, alone):
             np.testing.assert_allclose(part[robot], own[0], rtol=1e-9, atol=1e-12)

@@ -82,7 +82,8 @@ def test_a_look_that_is_kept_is_a_run_whose_pushes_are_events_of_its_scenario(ru
     (event,) = kept.scenario.events
     assert (event.event, event.robot, event.at) == (PUSHED, 1, pytest.approx(2.5))
     assert [change.key for change in kept.meta["changes"]] == ["control"]
-    assert (tmp_path / "kept" / "verdict.json").exists()
+    kept_files = {"verdict.json", "trajectories.png", "trajectories.pdf"}
+    assert kept_files < {path.name for path in (tmp_path / "kept").iterdir()}
     # Its scenario alone makes the push, too.
     pushed = kept.scenario._replace(duration=3.0)
     found = played(pushed)[0].pose
@@ -90,7 +91,8 @@ def test_a_look_that_is_kept_is_a_run_whose_pushes_are_events_of_its_scenario(ru
     assert np.hypot(*(found[ROW + 1, 0, :2] - [8.0, -3.0])) < 0.2
 
 
-def test_a_look_with_an_edge_less_is_kept_as_a_run_that_obeys_its_law(tmp_path):
+def test_a_look_with_an_edge_less_is_kept_as_a_run_that_obeys_its_law(tmp_path, monkeypatch):
+    monkeypatch.setattr("mrs_simulator.study.draw.figures.figures", lambda *_: [])
     path = str(tmp_path / "kept")
     scenario = shipped("displacement_formation")._replace(duration=12.0)
     at = ahead.Moments(scenario).at(1.0).world.pose.copy()

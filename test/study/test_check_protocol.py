@@ -18,7 +18,7 @@ from mrs_simulator.study.check.check_protocol import (
 )
 from mrs_simulator.study.check.mutants import OF_COMMANDS, SLIGHT, mutants_of
 
-SMALL = dict(graphs=["path"], robots=[3], seeds=[1], duration=10.0)
+SMALL = dict(graphs=["path"], robots=[3], seeds=[1], duration=6.0)
 
 
 class Agree(PioneerControl):
@@ -72,7 +72,7 @@ class Wrong(Agree):
 
 
 def test_a_shipped_law_is_ok_and_each_mistake_noticed():
-    report = assert_protocol("consensus", **dict(SMALL, duration=20.0))
+    report = assert_protocol("consensus", **dict(SMALL, duration=12.0))
     assert not report.survivors and not report.slight_survivors and not report.blind
     assert len(report.caught) == len(OF_COMMANDS) + len(SLIGHT) + 2
     modes = {trial.setting.mode: trial for trial in report.trials}
@@ -94,14 +94,14 @@ def test_mistakes_that_nothing_notices_are_named():
 
 
 def test_a_claim_that_cannot_fail_and_one_for_unlimited_inputs_are_named():
-    report = check_protocol(Careless, **SMALL)
+    report = check_protocol(Careless, **dict(SMALL, duration=10.0))
     assert report.blind == ["nothing at all"]
     assert {trial.setting.mode for trial in report.failed} == {LIMITED}
     assert "'nothing at all' could not tell" in str(report) and "take free=True" in str(report)
 
 
 def test_a_law_without_claims_is_not_ok():
-    text = str(check_protocol(Silent, **SMALL))
+    text = str(check_protocol(Silent, **dict(SMALL, duration=1.0)))
     assert "states no claims: write claims(start)" in text and "no claim was judged" in text
     assert "0 of 0 runs of which theory speaks passed" in text
 

@@ -27,7 +27,10 @@ main(sys.argv[1:])
 """
 
 
-@pytest.mark.parametrize("name, count", [("paper", 5), ("crazyflies_bearings", 7)])
+@pytest.mark.parametrize(
+    "name, count",
+    [pytest.param("paper", 5, marks=pytest.mark.release), ("crazyflies_bearings", 7)],
+)
 def test_figures_drawn_apart_are_those_drawn_here(tmp_path, name, count):
     apart, here = tmp_path / "apart", tmp_path / "here"
     scenario = os.path.join(ROOT, "scenarios", name + ".yaml")

@@ -16,7 +16,7 @@ finally:
 
 # Vicsek's claim is of mean headings, which requirements do not know; Reynolds' law has no theorem.
 NOT_ASKED = {"reynolds", "vicsek"}
-CHEAP = ("displacement_formation", "bearing_leaders")
+CHEAP = ("displacement_formation", pytest.param("bearing_leaders", marks=pytest.mark.release))
 
 
 def test_each_protocol_with_a_theorem_is_asked_and_measured():

@@ -266,9 +266,10 @@ def test_the_preset_of_a_stage_is_named_with_the_launch_that_makes_its_run_again
     assert given.format(run / "scenario.yaml", own) in said
 
 
-def test_all_runs_of_a_study_are_run_again(run, capsys):
-    study = run.parent
-    shutil.copytree(str(run), str(study / "gains" / "other"))
+def test_all_runs_of_a_study_are_run_again(made, tmp_path, capsys):
+    study, scenario = tmp_path / "study", load_scenario(str(made / "run" / "scenario.yaml"))
+    for out in (study / "run", study / "gains" / "other"):
+        run_experiment(scenario, str(out), formats=())
     code, said = reproduced(study, capsys)
     assert code == 0 and said.count("run.csv: the same bytes") == 2
     assert said.splitlines()[-1] == "2 of 2 runs: the same bytes"

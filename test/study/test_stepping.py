@@ -306,8 +306,21 @@ ACTING = {
 }
 
 
-@pytest.mark.parametrize("law", [Walk, ByHook, ByNeighbours])
-@pytest.mark.parametrize("acts", ACTING)
+def each_once(laws, cases, alone):
+    """Return all pairs; before a release alone those of a law of ``alone`` and a case beside its own."""
+    return [
+        pytest.param(law, case, marks=pytest.mark.release)
+        if law in alone and case not in alone[law]
+        else (law, case)
+        for law in laws
+        for case in cases
+    ]
+
+
+FILTERED = {ByHook: ("filter", "deadband"), ByNeighbours: ("slow filter", "filter by sensors")}
+
+
+@pytest.mark.parametrize("law, acts", each_once([Walk, ByHook, ByNeighbours], ACTING, FILTERED))
 def test_commands_that_a_filter_changes_are_obeyed_as_step_by_step(law, acts, compiled, tmp_path):
     changes = {"poses": {"layout": "grid", "spacing": 1.2}, "topology": {"preset": "ring"}}
     given = crowd(**{**changes, **ACTING[acts]})
@@ -324,14 +337,19 @@ def test_commands_that_a_filter_changes_are_obeyed_as_step_by_step(law, acts, co
 ENDS = [Raises, Stops, Breaks, Hurries, Flees, Stands, RaisesByHook, BreaksByHook, HurriesByHook]
 
 
+CHANGES = {
+    "": {},
+    "unsaturated": CASES["unsaturated"],
+    "deadband": ACTING["deadband"],
+}
+# What raises is not asked how its commands are limited.
+ALIKE = dict.fromkeys((Raises, Stops, RaisesByHook, Stands), ("",))
+
+
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("law", ENDS)
-@pytest.mark.parametrize(
-    "changes",
-    [{}, CASES["unsaturated"], ACTING["deadband"]],
-    ids=["", "unsaturated", "deadband"],
-)
-def test_a_law_ends_a_run_as_step_by_step(law, changes, compiled, tmp_path):
+@pytest.mark.parametrize("law, case", each_once(ENDS, CHANGES, ALIKE))
+def test_a_law_ends_a_run_as_step_by_step(law, case, compiled, tmp_path):
+    changes = CHANGES[case]
     wanted, _, _ = run(crowd(**changes), law, tmp_path)
     compiled()
     told, _, _ = run(crowd(**changes), law, tmp_path)

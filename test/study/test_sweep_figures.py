@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.stability import growth_rate, share_left
+from mrs_simulator.study.draw import sweep_figures
 from mrs_simulator.study.draw.canvas import save
 from mrs_simulator.study.draw.sweep_figures import stability_figure, sweep_figure
 from mrs_simulator.study.run.sweep import (
@@ -130,7 +131,10 @@ def test_the_boundary_is_the_theorems_and_not_the_runs():
     assert r"\tau" in name
 
 
-def test_a_stability_map_draws_the_boundary_between_decay_and_growth(tmp_path):
+def test_a_stability_map_draws_the_boundary_between_decay_and_growth(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        sweep_figures, "BOUNDARY_POINTS", 12
+    )  # between which margins are linear here
     axes = [(GAIN, [0.4, 1.2]), (TAU, [0.2, 0.9]), ("duration", [12.0])]
     given = {"fidelity": "point_mass", "limits": "none"}
     runs = make_runs(DELAYED, axes, given)

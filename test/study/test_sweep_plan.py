@@ -63,7 +63,8 @@ def test_a_file_of_something_else_is_no_plan(tmp_path):
         read_plan(str(tmp_path))
 
 
-def test_the_command_writes_it_where_it_is_asked_to(tmp_path, capsys):
+def test_the_command_writes_it_where_it_is_asked_to(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("mrs_simulator.study.draw.sweep_figures.sweep_figure", lambda *_: None)
     words = ["consensus", GAIN + "=0.4,0.5", "--duration", "2", "--jobs", "1"]
     for more, there in (([], False), (["--plan"], True)):
         out = tmp_path / str(there)

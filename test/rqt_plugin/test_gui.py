@@ -158,7 +158,7 @@ def test_the_team_is_sent_to_the_stage(gui, ros):
     ros.node("stage", "--robots", 4)
     gui(
         """
-until(lambda: gui.connection.is_fresh("state"))
+until(lambda: gui.connection.is_fresh("state") and gui.connection.is_fresh("stage"))
 poses = gui.scenario.poses[:3].copy()
 poses[0] = [1.0, 1.0, 0.5]
 gui.team.set_team(poses, gui.scenario.kinds[:3])

@@ -35,7 +35,7 @@ duration: 1000
 control: {protocol: forward.py:Forward, rate: 20}
 """
 TEAMS = {  # by mode, Pioneers in all others
-    AIR: "model: crazyflie2\naltitude: [0.7, 1.0]\nfidelity: dynamic\n",
+    AIR: "model: crazyflie2\naltitude: [0.5, 0.7]\nfidelity: dynamic\n",
     WATER: "model: heron\nfidelity: dynamic\n",
 }
 PIONEERS = "limits: {v_max: 0.25, omega_max: 1.0, v_accel: 0.3, omega_accel: 1.0}\n"
@@ -46,7 +46,7 @@ ROBOTS = (1, 2)
 STANDING = 2.0  # [s] of wall time for which it is watched that nothing moves while time stands
 STOPPED = "robots stopped: "  # in the log of a controller; real ones then wait to be started
 AGAIN = 2.0  # [s] of wall time between two attempts
-LASTS = 2.5  # [s] of the robots' time that a fault lasts which they must bear
+LASTS = 1.8  # [s] of the robots' time that a fault lasts which they must bear
 LATE = 6.0  # [s] the same of a delay of 2 s, whose begin is a silence
 SLOWEST = 4  # [-] times the usual patience, for simulated time that is slow on a busy machine
 STARVED = (0.02, 0.18)  # [s] of wall time: runs, is stopped, and again

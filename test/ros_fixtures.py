@@ -90,10 +90,11 @@ def log_settings():
 def python_script(command, directory):
     """Return the script and the arguments of a ``command`` that is Python's, else None.
 
-    Code of ``-c`` is written to ``directory``.  roslaunch and rosrun are None: they start processes.
+    Code of ``-c`` is written to ``directory``.  rosrun, and roslaunch but to tell parameters, are None:
+    they start processes.
     """
     first, *arguments = command
-    if first in COMMANDS_OF_ROS:
+    if first in COMMANDS_OF_ROS or command[:2] == ("roslaunch", "--dump-params"):
         return [shutil.which(first), *arguments]
     if first not in ("python3", sys.executable):
         return None
@@ -238,9 +239,9 @@ class Ros:
                 arguments, env=self.environment, timeout=limit, check=True, stdout=subprocess.PIPE
             ).stdout.decode()
         out = tempfile.mkdtemp(dir=self.directory)
-        process = self._forked(
-            os.path.join(out, "out"), *script, errors=os.path.join(out, "errors")
-        )
+        names = (os.path.join(out, name) for name in ("out", "errors"))
+        loaded = ["roslaunch"] * (arguments[0] == "roslaunch")
+        process = self._forked(next(names), *script, errors=next(names), loaded=loaded)
         code = process.wait(limit)
         if code != 0:
             raise subprocess.CalledProcessError(code, arguments, log_of(process))

@@ -143,7 +143,7 @@ class Team:
         said = "[said for said in [control('trouble') or ''] if {!r} in said]"
         return self.probe.wait(said.format(text))[0]
 
-    def drives(self, numbers=(1, 2, 3, 4), distance=0.1):
+    def drives(self, numbers=(1, 2, 3, 4), distance=0.05):
         """Wait until the robots have gone some way."""
 
         def far():
@@ -215,16 +215,16 @@ def test_a_restarted_driver_is_noticed_and_not_followed(team, source, said):
 def test_drivers_left_running_count_from_their_first_message(team):
     team.robot(1)
     before = team.forward(STALLS, n=1)
-    team.drives((1,), 0.3)
+    team.drives((1,), 0.15)
     team.ros.stop(before)
     team.forward("_frame_source:=first", "_geofence:=[-1, -1, 2.5, 1]", STALLS, n=1)
-    # By the scenario it stands at (2.6, 0.2), by its driver 0.3 m farther on.
+    # By the scenario it stands at (2.6, 0.2), by its driver 0.15 m farther on.
     team.trouble("robot1 stopped: outside the geofence at (2.6")
 
 
 def test_a_jump_in_the_simulator_is_noticed_where_that_is_asked_for(ros):
-    ros.node("stage", "--robots", 2)
-    control = ros.node("pioneer_control", "--robots", 2, "_max_jump:=0.3")
+    ros.node("stage", "--robots", 2, "_speed:=3")
+    control = ros.node("pioneer_control", "--robots", 2, "_max_jump:=0.3", "_speed:=3")
     probe = ros.probe()
     start = probe.wait("state('x')")
     probe.wait("abs(state('x')[0] - {}) + abs(state('y')[0] + 5.0) > 1.5".format(start[0]), 60)
@@ -689,7 +689,7 @@ def test_the_launch_file_starts_a_driver_for_each_of_any_number_of_robots(ros, t
     )
     paths = os.environ["ROS_PACKAGE_PATH"]
     ros.environment["ROS_PACKAGE_PATH"] = "{}:{}".format(tmp_path, paths)
-    command = ["roslaunch", "--dump-params", "mrs_simulator", "rosaria.launch", "out:=run"]
+    command = "roslaunch", "--dump-params", "mrs_simulator", "rosaria.launch", "out:=run"
     given = yaml.safe_load(ros.call(*command, "robots:=6", "ports:=/dev/a, 10.0.0.2:8101,,/dev/d"))
     ports = ["/dev/a", "10.0.0.2:8101", "/dev/ttyUSB2", "/dev/d", "/dev/ttyUSB4", "/dev/ttyUSB5"]
     names = ["/robot{}/RosAria/".format(number) for number in range(1, 7)]

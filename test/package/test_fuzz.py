@@ -21,7 +21,7 @@ from mrs_simulator.world.world import World, WorldError
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 QUICK = settings(
-    max_examples=150,
+    max_examples=60,  # of each; campaigns are begun by test/fuzz/fuzz.py
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )

@@ -183,7 +183,7 @@ def test_degrees_for_radians_are_doubted(tmp_path, capsys):
     assert scenario.warnings() == [said]
     assert load_scenario(scenario_path("paper.yaml")).warnings() == []
     with pytest.raises(SystemExit):
-        experiment([str(path), "--out", str(tmp_path / "out")])
+        experiment([str(path), "--out", str(tmp_path / "out"), "--formats", ""])
     told = capsys.readouterr()
     assert "warning: " + said in told.out and told.err == "experiment: warning: " + said + "\n"
     with pytest.raises(SystemExit):
@@ -197,7 +197,7 @@ def test_every_command_line_overrides_the_same_of_a_scenario(tmp_path, capsys):
     argv = ["--{}={}".format(*pair) for pair in given.items()]
     over_ros = scenario_from(parse("", names, ["--scenario", "paper_four.yaml", *argv]))
     with pytest.raises(SystemExit):
-        experiment(["paper_four.yaml", "--out", str(tmp_path), *argv])
+        experiment(["paper_four.yaml", "--out", str(tmp_path), "--formats", "", *argv])
     headless = load_scenario(str(tmp_path / "scenario.yaml"))
     assert headless.to_dict() == over_ros.to_dict()
     assert (headless.n, headless.odometry, headless.limits) == (3, "wheel", "top")
@@ -333,9 +333,18 @@ def test_what_is_no_protocol_is_named(given):
         simulate("paper_four", protocol=given, duration=0.1)
 
 
-@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
-    "words", [["scenarios"], ["--help"], ["report", "--help"], ["scenarios", "--help"]]
+    "words, unbuffered",
+    [
+        (["scenarios"], ""),
+        (["scenarios"], "1"),
+        (["--help"], ""),
+        pytest.param(["--help"], "1", marks=pytest.mark.release),
+        (["report", "--help"], ""),
+        pytest.param(["report", "--help"], "1", marks=pytest.mark.release),
+        pytest.param(["scenarios", "--help"], "", marks=pytest.mark.release),
+        (["scenarios", "--help"], "1"),
+    ],
 )
 def test_output_that_cannot_be_written_ends_a_program_without_a_traceback(words, unbuffered):
     environment = dict(os.environ, PYTHONUNBUFFERED=unbuffered)

@@ -155,7 +155,7 @@ def gui(ros, tmp_path):
 def quiet_study(scenario, processes=None, autosave=None, draws_curves=False):
     """Return the whole GUI with nothing behind it but ``processes``, if given, and timers that stand.
 
-    ``autosave``: where its edits are kept; ``draws_curves``: empty ones cost as much as all else shown.
+    ``autosave``: where its edits are kept.
     """
     from unittest.mock import MagicMock
 
@@ -181,9 +181,14 @@ def quiet_study(scenario, processes=None, autosave=None, draws_curves=False):
     for timer in widget.findChildren(QTimer):
         timer.stop()
     if not draws_curves:
-        widget.curves.timer.timeout.disconnect()  # it is started once they are shown
-        widget.curves.canvas.draw = lambda: None
+        leave_out_curves(widget)
     return widget
+
+
+def leave_out_curves(widget):
+    """Let the GUI paint no curves: empty ones cost as much as all else that is shown."""
+    widget.curves.timer.timeout.disconnect()  # it is started once they are shown
+    widget.curves.canvas.draw = lambda: None
 
 
 def alive(group):

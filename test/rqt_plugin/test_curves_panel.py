@@ -475,8 +475,20 @@ def test_the_curves_of_a_large_team_are_drawn_as_one_and_still_named(panel):
     assert panel.label.text().startswith("Robot 300:")
 
 
-@pytest.mark.parametrize("size", [(500, 300), (1200, 500)])
-@pytest.mark.parametrize("n", [1, 12, 50])
+RELEASE = pytest.mark.release  # of what has room enough
+
+
+@pytest.mark.parametrize(
+    "n, size",
+    [
+        (1, (500, 300)),
+        (12, (500, 300)),
+        (50, (500, 300)),
+        (12, (1200, 500)),
+        pytest.param(1, (1200, 500), marks=RELEASE),
+        pytest.param(50, (1200, 500), marks=RELEASE),
+    ],
+)
 def test_nothing_is_cut_off(panel, size, n):
     panel.resize(*size)
     panel.set_history(make_history(5, n=n))

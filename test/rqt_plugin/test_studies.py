@@ -9,7 +9,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
-from gui_fixtures import MEETING, SEARCHED, wait_drawn
+from gui_fixtures import MEETING, SEARCHED, leave_out_curves, wait_drawn
 from gui_hands import STEPS, Person
 from gui_tables import judged_row
 from PyQt5.QtCore import QPoint, QSettings, Qt
@@ -51,10 +51,12 @@ def at_window(tmp_path, monkeypatch, request):
     monkeypatch.setattr(OnScreen, "keep", lambda _: None)
     application, windows = QApplication.instance() or QApplication([]), []
 
-    def opened(scenario, path=""):
+    def opened(scenario, path="", draws_curves=True):
         connection = LocalConnection()
         processes = LocalProcesses(connection)
         study = StudyWidget(connection, processes, scenario)
+        if not draws_curves:
+            leave_out_curves(study)
         settings = QSettings(str(tmp_path / "settings.ini"), QSettings.IniFormat)
         window = Window(study, settings)
         windows.append(window)
@@ -215,7 +217,7 @@ def box_of(runs, row):
 
 
 def test_a_cell_of_a_sweep_map_is_a_run_that_opens(at_window, tmp_path):
-    person = at_window(shipped("consensus", duration=3.0))
+    person = at_window(shipped("consensus", duration=3.0), draws_curves=False)
     study = person.study
     person.tab("Sweep")
     axes = study.sweep.axes
@@ -259,7 +261,7 @@ def shade_of(view, row, column):
 
 
 def test_a_counterexample_is_on_the_map_by_three_clicks(at_window):
-    person = at_window(scenario_from_yaml(MEETING + SEARCHED, "scenario"))
+    person = at_window(scenario_from_yaml(MEETING + SEARCHED, "scenario"), draws_curves=False)
     study = person.study
     person.tab("Search")
     person.until(lambda: "gain" in study.search.vary.toPlainText())
@@ -291,7 +293,7 @@ DRAWN = (1, 2), (2, 3), (3, 4), (4, 5), (2, 5)
 
 
 def test_five_robots_form_a_shape_over_a_graph_that_was_drawn_by_mouse(at_window, tmp_path):
-    person = at_window(shipped("paper", duration=20.0))
+    person = at_window(shipped("paper", duration=20.0), draws_curves=False)
     study = person.study
     person.fill(person.field("Robots"), "5")
     person.tab("Protocol")
@@ -378,7 +380,7 @@ def looked(person, changed):
 
 def test_edits_are_undone_redone_and_never_lost(at_window, monkeypatch):
     monkeypatch.setattr(edited_scenario, "TOGETHER", 0.2)  # [s]
-    person = at_window(shipped("paper_four"))
+    person = at_window(shipped("paper_four"), draws_curves=False)
     study, states = person.study, [person.study.scenario.poses.copy()]
 
     def edited():
@@ -409,7 +411,7 @@ def test_edits_are_undone_redone_and_never_lost(at_window, monkeypatch):
     for poses in states[1:]:
         key_until(person, Qt.ControlModifier | Qt.ShiftModifier, poses)
     person.window.close()
-    person = at_window(shipped("paper_four"))
+    person = at_window(shipped("paper_four"), draws_curves=False)
     person.click(person.button("Open scenario..."))
     picker = person.dialog("Choose a scenario")
     person.until(lambda: picker.list.count() > 1)
@@ -553,7 +555,7 @@ def test_what_is_taken_away(at_window, tmp_path):
 
 
 def test_a_push_is_an_event_of_the_run(at_window, tmp_path):
-    person = at_window(shipped("paper_four", duration=3.0))
+    person = at_window(shipped("paper_four", duration=3.0), draws_curves=False)
     study = person.study
     person.tab("Verdict")
     person.key(Qt.Key_Minus, Qt.ControlModifier, times=2)  # there is time for a push
@@ -582,7 +584,7 @@ def test_a_push_is_an_event_of_the_run(at_window, tmp_path):
 
 
 def test_two_gains_are_compared_by_keys_alone(at_window):
-    person = at_window(shipped("paper_four", duration=3.0))
+    person = at_window(shipped("paper_four", duration=3.0), draws_curves=False)
     study = person.study
     as_fast_as_possible(person)
     run_by_key(person, 1)

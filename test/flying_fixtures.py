@@ -1,4 +1,4 @@
-"""A drive that leaves the ground, registered for a test: in this process, and in programs it starts."""
+"""A drive that leaves the ground, registered for a test."""
 
 import importlib.util
 import os

@@ -15,11 +15,11 @@ from mrs_simulator.vehicles.registry import shipped_kind
 from mrs_simulator.vehicles.team import on_all_axes
 from mrs_simulator.world.world import EVERY, World
 
-# One of each drive, and one with an arm.
-DIFFERENT = ("crazyflie2", "f1tenth", "heron", "husky_panda", "pioneer3dx", "robotino3")
+# One of each drive, one more of one of these, and one with an arm.
+FEW = "pioneer3dx", "amigobot", "crazyflie2", "f1tenth", "heron", "husky_panda", "robotino3"
 PAIRS = list(itertools.combinations(shipped_kinds(), 2))
 TRIPLES = {
-    False: list(itertools.combinations(DIFFERENT, 3)),
+    False: list(itertools.combinations(FEW, 3)),
     True: list(itertools.combinations(shipped_kinds(), 3)),
 }
 APART = 40.0  # [m]

@@ -1,10 +1,8 @@
 """Robots that leave the ground go through every room: world, control, recording, ROS, displays."""
 
-import os
-
 import numpy as np
 import pytest
-from flying_fixtures import HERE, hoverer  # noqa: F401, a fixture
+from flying_fixtures import hoverer  # noqa: F401, a fixture
 
 from mrs_simulator.control.pioneer_control import PioneerControl, Position
 from mrs_simulator.control.twists import make_twist
@@ -301,15 +299,7 @@ def test_a_bag_of_the_stages_states_is_read_in_space(hoverer, tmp_path):  # noqa
 # Over ROS --------------------------------------------------------------------------------------------
 
 
-def test_over_ros_height_and_orientation_are_published_everywhere(ros, hoverer, tmp_path):  # noqa: F811
-    (tmp_path / "sitecustomize.py").write_text(
-        "import sys; sys.path.append({!r})\n"
-        "import flying_fixtures\n"
-        "for module in flying_fixtures.KNOWING:\n"
-        "    module.DRIVES = flying_fixtures.register()\n".format(HERE)
-    )
-    path = os.pathsep.join([str(tmp_path), ros.environment.get("PYTHONPATH", "")])
-    ros.environment["PYTHONPATH"] = path
+def test_over_ros_height_and_orientation_are_published_everywhere(ros, tmp_path):
     law = tmp_path / "climb.py"
     law.write_text(
         "from mrs_simulator import PioneerControl, make_twist\n"
@@ -317,12 +307,12 @@ def test_over_ros_height_and_orientation_are_published_everywhere(ros, hoverer, 
         "    def calculateControlLaw(self, pos_map):\n"
         "        twists = {i: make_twist(0.0, 0.0) for i in pos_map}\n"
         "        twists[2].linear.z = pos_map[1].z - pos_map[2].z\n"
-        "        twists[2].linear.x = 0.2\n"
+        "        twists[2].linear.x = 0.2 * self.time\n"
         "        return twists\n"
     )
     scenario = tmp_path / "flight.yaml"
     protocol = {"control": {"protocol": "{}:Climb".format(law)}, "duration": 4.0, "speed": 0}
-    scenario.write_text(flight(hoverer, protocol).to_yaml())
+    scenario.write_text(flight("crazyflie2", protocol).to_yaml())
     ros.node("stage", "--scenario", scenario, "_lockstep:=true", "_wait_for_recorders:=3")
     ros.node("markers")
     probe = ros.probe()
@@ -334,7 +324,7 @@ def test_over_ros_height_and_orientation_are_published_everywhere(ros, hoverer, 
     run = read_run(str(tmp_path / "out" / "run.csv"))
     assert run.spatial.z[0].tolist() == [2.0, 1.0, 0.0]
     assert run.spatial.z[-1, 1] == pytest.approx(2.0, abs=0.05)
-    assert run.kinds == ("hoverer", "hoverer", "pioneer3dx")
+    assert run.kinds == ("crazyflie2", "crazyflie2", "pioneer3dx")
     probe.wait(
         "state('z')[1] > 1.9 and transforms['robot2/base_link'].transform.translation.z > 1.9"
     )

@@ -35,14 +35,14 @@ def test_each_takes_off_flies_and_lands(fidelity):
 
 @BOTH
 def test_after_silence_it_hovers_and_then_lands(fidelity):
-    world = World(("crazyflie2",), [[0.0, 0.0, 0.0]], fidelity=fidelity, z=[1.0])
-    flown(world, [[0.5, 0.0, 0.0, 0.0]], 1.0)
+    world = World(("crazyflie2",), [[0.0, 0.0, 0.0]], fidelity=fidelity, z=[0.5])
+    flown(world, [[0.5, 0.0, 0.0, 0.0]], 0.5)
     for _ in range(250):
         world.step()
     hovering = world.pose[0, 0]
-    assert world.spatial.z[0] == pytest.approx(1.0, abs=0.05)
+    assert world.spatial.z[0] == pytest.approx(0.5, abs=0.05)
     assert np.abs(world.twist).max() < 0.01
-    for _ in range(300):
+    for _ in range(160):
         world.step()
     assert world.spatial.z[0] == 0.0
     assert world.pose[0, 0] == pytest.approx(hovering, abs=0.05)
@@ -63,7 +63,7 @@ def test_gusts_push_with_forces_and_repeat_with_the_seed():
     def drift(seed):
         world = World(("crazyflie2",) * 2, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]], fidelity="dynamic",
                       z=[1.0, 1.0], environment=wind, seed=seed)  # fmt: skip
-        for _ in range(100):
+        for _ in range(60):
             world.step()
         return world.pose.copy()
 
@@ -88,7 +88,7 @@ def test_without_forces_it_flies_over_robots_on_the_ground():
 def test_two_that_meet_touch_and_stay_apart(fidelity):
     world = World(("crazyflie2",) * 2, [[0.0, 0.0, 0.0], [1.0, 0.0, np.pi]], fidelity=fidelity,
                   z=[1.0, 1.0])  # fmt: skip
-    flown(world, [[0.5, 0.0, 0.0, 0.0]] * 2, 3.0)
+    flown(world, [[0.5, 0.0, 0.0, 0.0]] * 2, 2.0)
     apart = world.pose[1] - world.pose[0]
     height = world.spatial.z[1] - world.spatial.z[0]
     assert np.hypot(*apart[:2]) > 0.11 or abs(height) > 0.02

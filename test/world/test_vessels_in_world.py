@@ -95,7 +95,7 @@ def test_waves_do_nothing_on_average():
     world = World(("heron",) * 5, [[3.0 * i, 0.0, 0.0] for i in range(5)], fidelity="dynamic",
                   environment=environment)  # fmt: skip
     aside = []
-    for _ in range(2000):
+    for _ in range(1200):
         world.step()
         aside.append(world.twist[:, 1].copy())
     # 6 N of force aside on 28 kg at 2.09 rad/s and 15.8 N s/m: some 0.1 m/s.

@@ -134,6 +134,36 @@ def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeyp
     assert slowed >= {1.0, 0.5, 0.0}
 
 
+def test_no_pair_is_left_out_that_might_touch():
+    n, period = 8, 0.2
+    team, nobody = Team(("pioneer3dx",) * n), (*np.empty((2, 0), dtype=int), 0.0)
+    way_out, limits = WayOut(team, team.reach, period, "kinematic"), team.groups[0].limits
+    times, left_out, slowed = (period, columns_of(team.axes), *instants_of(period)), 0, 0
+    for seed in range(
+        34, 46
+    ):  # among which are some that miss a pair if any part of the bound is left out
+        draw = np.random.default_rng(seed)
+        side = draw.uniform(0.8, 2.5) * np.sqrt(n) / 2.0
+        pose = np.stack([*draw.uniform(-side, side, (n, 2)).T, draw.uniform(-3.0, 3.0, n)])
+        sizes = [1.0, 0.1, 0.0], (n, 2), True, [0.6, 0.2, 0.2]
+        share = draw.choice(*sizes)
+        inner = draw.uniform(-1.0, 1.0, (n, 2)) * limits.top * share
+        command = draw.uniform(-1.0, 1.0, (n, 2)) * limits.top * draw.choice(*sizes)
+        found, states = np.stack([command.T, command.T]), (inner, limits.top, limits.acceleration)
+        given = np.abs(inner[:, 0]), team.speeds[:, 0], period, *way_out.columns[:2]
+        ways = compiled_passing.braking_ways(found[0], *given)
+        every = compiled_passing.meeting(pose, team.reach, ways, 0.0, nobody)
+        spread = compiled_passing.spreads(found[0], states, team.reach, times)
+        turned = np.cos(pose[2]), np.sin(pose[2])
+        some = compiled_passing.approaching(pose, *turned, spread, *every)
+        for columns, pairs in zip(found, (every, some)):
+            compiled_passing.let(columns, pose, states, team.reach, times, *pairs)
+        assert found[0].tobytes() == found[1].tobytes(), seed
+        left_out += len(every[0]) - len(some[0])
+        slowed += not np.array_equal(found[0], command.T)
+    assert left_out > 10 and slowed > 5
+
+
 @pytest.mark.release  # compiling takes long
 @pytest.mark.parametrize("name", CASES)
 def test_so_it_does_compiled(name, monkeypatch):

@@ -83,6 +83,9 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     first, second = meeting(pose, radii, ways, lead, pairs)
     if len(first):
         states, times = (inner, top, rates), (period, columns, instants, brakes)
+        spread = spreads(passed, states, radii, times)
+        first, second = approaching(pose, cos, sin, spread, first, second)
+    if len(first):
         let(passed, pose, states, radii, times, first, second)
     done = velocities(passed, cos, sin, lead)
     return FREE, inner, speeds, held_still(given, done, points, distance)
@@ -252,6 +255,58 @@ def meeting(pose, radii, ways, lead, pairs):
         x, y = pose[0, i[p]] - pose[0, j[p]], pose[1, i[p]] - pose[1, j[p]]
         i[count], j[count] = i[p], j[p]
         count += np.sqrt(x * x + y * y) < reach[i[p]] + reach[j[p]]
+    return i[:count], j[:count]
+
+
+def spreads(command, states, radii, times):
+    """Return how far (3, n) [m] robots may get ahead, back, and beside the line on which they stand.
+
+    Whatever of a ``command`` (2, n) they obey before they brake, and with the room that ``let`` gives them:
+    bounds of what ``roll`` finds, by the greatest speeds, turns and intervals.
+    """
+    inner, top, rates = states
+    period, _, instants, brakes = times
+    n, most, held = len(radii), 0.0, np.empty((2, len(radii)))
+    target, found = np.empty((n, 2)), np.empty((3, n))
+    for i in range(n):
+        aim(command, top, i, target)
+        for axis in range(2):
+            held[axis, i] = max(abs(inner[i, axis]), abs(target[i, axis]))
+            most = max(most, held[axis, i] / rates[i, axis])
+    longest_step = period / len(instants)
+    for k in range(len(brakes)):
+        longest_step = max(longest_step, most * (brakes[k] - (brakes[k - 1] if k else 0.0)))
+    for i in range(n):
+        v, omega = held[0, i], held[1, i]
+        way = v * period + 0.5 * v * v / rates[i, 0]
+        bent = omega * period + 0.5 * omega * omega / rates[i, 1]
+        slower = min(rates[i, 0] * longest_step, 2.0 * v)
+        aside = 0.25 * longest_step * (slower + v * bent + slower * bent)
+        aside += 0.375 * longest_step * longest_step * v * omega
+        found[0, i] = way if inner[i, 0] > 0.0 or target[i, 0] > 0.0 else 0.0
+        found[1, i] = way if inner[i, 0] < 0.0 or target[i, 0] < 0.0 else 0.0
+        found[2, i] = radii[i] + aside + EXACT + LATE * period * v + way * bent + ROUNDED
+    return found
+
+
+def approaching(pose, cos, sin, spread, first, second):
+    """Return those of the pairs ``first`` and ``second`` (p,) that may come near enough to touch.
+
+    Others stay apart along the line through their centres, by ``spread`` (3, n) of :func:`spreads`.
+    """
+    i, j, count = np.empty_like(first), np.empty_like(second), 0
+    for p in range(len(first)):
+        a, b = first[p], second[p]
+        x, y = pose[0, a] - pose[0, b], pose[1, a] - pose[1, b]
+        own, other = (
+            -(x * cos[a] + y * sin[a]),
+            x * cos[b] + y * sin[b],
+        )  # cosines, times the distance
+        own = max(own * spread[0, a], -own * spread[1, a])
+        other = max(other * spread[0, b], -other * spread[1, b])
+        square, beside = x * x + y * y, spread[2, a] + spread[2, b]
+        i[count], j[count] = a, b
+        count += square - own - other <= beside * np.sqrt(square)
     return i[:count], j[:count]
 
 

@@ -90,6 +90,7 @@ class Marching(Tracking, Shaped):
         places, weights = self.published_places(), weights_of(self._given_topology or self.topology)
         path = _published_path(self)
 
+        @functools.lru_cache(maxsize=2)  # where one command ends the next begins
         def wanted(time):
             swing = 1.0 + self.swing * np.sin(2.0 * np.pi * time / self.swing_period)
             return along(path(self.speed * time), places, swing, self.turning)

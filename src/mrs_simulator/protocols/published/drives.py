@@ -453,7 +453,7 @@ def approached(value, target, rate, time, duration):
     """
     rate = np.minimum(rate, 1e12)
     error = target - value
-    ramp = np.clip(np.abs(error) / rate - time, 0.0, duration)
+    ramp = np.minimum(np.maximum(np.abs(error) / rate - time, 0.0), duration)
     after = value + np.sign(error) * rate * ramp
     left, rest = target - after, duration - ramp
     end = target - left * np.exp(-rest / np.maximum(time, 1e-12))

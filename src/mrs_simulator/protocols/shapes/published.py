@@ -1,6 +1,7 @@
 """Formation laws as published, for verdicts: see :mod:`protocols.published.laws`."""
 
 import cmath
+import functools
 
 import numpy as np
 
@@ -144,18 +145,25 @@ def on_path(name, radius, corners, s):
             return radius * 1j * (1.0 - cmath.exp(1j * heading)), heading
         heading = 4.0 * np.pi - rest
         return -radius * 1j * (1.0 - cmath.exp(1j * heading)), heading
-    return _on_polygon([complex(*corner) for corner in corners], radius, s)
+    return _on_polygon(tuple(map(tuple, corners)), radius, s)
 
 
-def _on_polygon(corner, radius, s):
-    k = len(corner)
+@functools.lru_cache(maxsize=16)
+def _polygon(corners, radius):
+    """Return the first side's middle, all sides, turns [rad], what these cut off [m], and the lap [m]."""
+    corner, k = [complex(*each) for each in corners], len(corners)
     sides = [corner[(i + 1) % k] - corner[i] for i in range(k)]
     turns = [cmath.phase(sides[(i + 1) % k] / sides[i]) for i in range(k)]
     cuts = [radius * np.tan(abs(turn) / 2.0) for turn in turns]
     lap = sum(abs(side) for side in sides)
     lap += sum(radius * abs(turn) - 2.0 * cut for turn, cut in zip(turns, cuts))
+    return corner[0] + 0.5 * sides[0], sides, turns, cuts, lap
+
+
+def _on_polygon(corners, radius, s):
+    z, sides, turns, cuts, lap = _polygon(corners, radius)
+    i, k = 0, len(sides)
     laps, s = divmod(s, lap)
-    z, i = corner[0] + 0.5 * sides[0], 0
     heading = cmath.phase(sides[0]) + laps * sum(turns)
     straight = 0.5 * abs(sides[0]) - cuts[0]
     while s > straight:

@@ -32,6 +32,7 @@ class Fails(PioneerControl):
             raise RuntimeError("gone")
         return {{i: make_twist(0.1, 0.0) for i in pos_map}}
 """
+TWO = "--robots", 2
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 LAW = """
 from mrs_simulator import PioneerControl, make_twist
@@ -279,11 +280,11 @@ def test_a_report_of_a_csv_is_that_of_the_run(tmp_path, capsys):
 
 
 def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
-    stage = ros.node("stage", "_wait_for_recorders:=1", "_speed:=5")
-    ros.node("pioneer_control")
-    record = ros.node("record", "--out", tmp_path, "_silence:=2")
+    stage = ros.node("stage", *TWO, "_wait_for_recorders:=1", "_speed:=5")
+    ros.node("pioneer_control", *TWO)
+    record = ros.node("record", *TWO, "--out", tmp_path, "_silence:=2")
     table = tmp_path / "run.csv"
-    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 40)
     stage.kill()
     verdict = ros.judged(record, tmp_path)
     assert verdict["ended"] == "the stage fell silent" and not verdict["passed"]
@@ -312,9 +313,9 @@ def test_the_recorder_takes_what_the_stage_simulates(ros, tmp_path):
 def test_a_law_that_fails_fails_its_run(ros, tmp_path, when):
     (tmp_path / "law.py").write_text(FAILS.format(when))
     # Slowly: what the recorder receives late is then short in simulated time.
-    ros.node("stage", "_wait_for_recorders:=1", "_speed:=0.5")
-    record = ros.node("record", "--protocol", tmp_path / "law.py", "--out", tmp_path)
-    ros.node("pioneer_control", "--protocol", tmp_path / "law.py")
+    ros.node("stage", *TWO, "_wait_for_recorders:=1", "_speed:=0.5")
+    record = ros.node("record", *TWO, "--protocol", tmp_path / "law.py", "--out", tmp_path)
+    ros.node("pioneer_control", *TWO, "--protocol", tmp_path / "law.py")
     written = tmp_path / "verdict.json"
     wait_until(lambda: written.exists() or record.poll() is not None)
     if written.exists():  # the first zeros may have reached the robots
@@ -327,11 +328,11 @@ def test_a_law_that_fails_fails_its_run(ros, tmp_path, when):
 
 
 def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
-    ros.node("stage", "_wait_for_recorders:=1", "_speed:=5")
-    ros.node("pioneer_control")
-    record = ros.node("record", "--out", tmp_path)
+    ros.node("stage", *TWO, "_wait_for_recorders:=1", "_speed:=5")
+    ros.node("pioneer_control", *TWO)
+    record = ros.node("record", *TWO, "--out", tmp_path)
     table = tmp_path / "run.csv"
-    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 40)
     record.send_signal(signal.SIGINT)
     assert record.wait(3 * PATIENCE) == 1  # with its figures
     assert json.loads((tmp_path / "verdict.json").read_text())["ended"] == "interrupted"

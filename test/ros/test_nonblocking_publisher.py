@@ -75,8 +75,8 @@ def test_who_does_not_read_is_not_waited_for_and_gets_the_newest_last(wire):
 
 def test_a_robot_that_stops_reading_holds_up_no_other(ros):
     """A subscriber that is stopped, as a driver that hangs: the stage goes on at its pace."""
-    stage = ros.node("stage", "--robots", 2)
-    ros.node("pioneer_control", "--robots", 2)
+    stage = ros.node("stage", "--robots", 2, "_speed:=4")
+    ros.node("pioneer_control", "--robots", 2, "_speed:=4")
     hung = ros.start("hung", ["rostopic", "echo", "/robot1/odom"])
     probe = ros.probe()
     probe.ask("listen('/robot2/odom', Odometry)")

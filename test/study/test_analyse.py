@@ -179,7 +179,7 @@ SAID = {  # what pointMassLaw returns: what must be said of it, and what must no
     "-hand**3": ("linear             no", ["equilibria", "any start", "eigenvalues"]),
     "-np.tanh(L @ hand)": ("x3\n  slowest decay      1 1/s", ["moves for ever", "offset"]),
     "[[1, -2, 1], [2, -3, 1], [1, 0, -1]] @ hand": ("each robot at 1.5 x1 - 1 x2 + 0.5 x3", []),
-    "-np.sign(L @ hand)": ("is a gradient      not told", ["gradient      yes"]),
+    "-np.sign(np.round(L @ hand))": ("is a gradient      not told", ["gradient      yes"]),
     "np.random.randn() - 0.4 * L @ hand": ("chance", ["used and not declared", "robot1 from"]),
 }
 

@@ -178,7 +178,7 @@ def test_impossible_gains_are_refused(tmp_path, k, said):
 
 
 def test_a_run_that_is_reported_again_has_the_same_verdict(tmp_path):
-    scenario = shipped("paper_four", duration=20.0, topology={"preset": "complete"})
+    scenario = shipped("paper_four", duration=12.0, topology={"preset": "complete"})
     scenario = scenario.with_protocol("consensus")  # with bodies, which meet
     verdict = run_experiment(scenario, str(tmp_path / "run"), formats=())
     collisions = [check for check in verdict["checks"] if check["name"] == "collisions"]
@@ -220,7 +220,7 @@ def test_a_run_writes_everything(tmp_path):
 
 @pytest.mark.parametrize("name", ["paper", "paper_dynamic"])
 def test_the_same_seed_gives_the_same_bytes(tmp_path, name):
-    scenario = shipped(name, duration=5.0, odometry="wheel", seed=7)
+    scenario = shipped(name, duration=2.5, odometry="wheel", seed=7)
     made = []
     for out in ("one", "two"):
         perform(scenario, str(tmp_path / out))
@@ -316,9 +316,9 @@ def test_a_team_that_is_driven_apart_is_reported_as_far_as_it_went(tmp_path):
     scenario = shipped("consensus")
     parameters = dict(scenario.control.parameters, gain=40.0)
     apart = with_control(scenario.changed(fidelity="point_mass"), parameters=parameters)
-    verdict = run_experiment(apart, str(tmp_path), formats=("png",))
+    verdict = run_experiment(apart, str(tmp_path), formats=())
     assert "m away: the team is driven apart" in verdict["ended"] and not verdict["passed"]
-    assert (tmp_path / "trajectories.png").exists()
+    assert read_run_csv(str(tmp_path / "run.csv")).time[-1] > 0.0
 
 
 class Forward(PioneerControl):
@@ -351,7 +351,7 @@ class WrongMeasures(Forward):
 )
 def test_a_mistake_in_the_claims_costs_no_run(tmp_path, capfd, law, name, said):
     short = shipped("paper_four", duration=1.0)
-    drawn = () if law is WrongMeasures else ("png",)  # whose claims are no one's to draw
+    drawn = ("png",) if law is WrongClaims else ()  # the others' are called by the verdict alone
     verdict = run_experiment(short, str(tmp_path), law, formats=drawn)
     found = {check["name"]: check for check in verdict["checks"]}[name]
     assert not verdict["passed"] and found["passed"] is False and said in found["note"]
@@ -444,7 +444,7 @@ def test_more_robots_than_the_scenario_lists(tmp_path):
 
 
 def test_an_experiment_of_thousands_holds_no_matrix_of_all_pairs(tmp_path):
-    n = 1200
+    n = 1000
     tracemalloc.start()
     try:
         scenario = shipped("paper", robots=n, poses={"layout": "grid"}, duration=0.2)

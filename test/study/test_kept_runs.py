@@ -43,7 +43,7 @@ class Meets(PioneerControl):
             time.sleep(0.01)
         return -self.gain * (hand - hand.mean(axis=0))
 """
-BREAK = "--runs", "40", "--seed", "5", "--optimiser", "random", "--jobs", "1", "--formats", ""
+BREAK = "--runs", "12", "--seed", "5", "--optimiser", "random", "--jobs", "1", "--formats", ""
 WRITTEN = "search.json", "counterexample.yaml", os.path.join("run", "run.csv")
 
 

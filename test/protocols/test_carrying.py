@@ -24,11 +24,11 @@ def scenario(**changes):
     parameters = {
         "gain": 0.8,
         "coupling": 0.3,
-        "speed": 0.25,
+        "speed": 0.5,
         "waypoints": "0 0 0.51 0, 1 0 0.6 0.2",
     }
     content["control"]["parameters"] = parameters
-    return dict(content, duration=5.5, **changes)
+    return dict(content, duration=4.0, **changes)
 
 
 # Statics -----------------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ def team_of_three(protocol="displacement_formation", dimension=3, parameters=Non
         "altitude": [0.8, 1.5, 2.0],
         "control": control,
         "topology": {"preset": "complete"},
-        "duration": 10.0,
+        "duration": 8.0,
         "step": 0.1,
     }
     return scenario_from_dict(dict(content, **more))
@@ -59,7 +59,8 @@ class Lazy(DisplacementFormation):
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 def test_a_law_that_is_wrong_in_height_alone_fails(fidelity, tmp_path):
-    verdict = verdict_of(team_of_three()._replace(fidelity=fidelity), tmp_path, Lazy)
+    scenario = team_of_three(duration=2.0)._replace(fidelity=fidelity)
+    verdict = verdict_of(scenario, tmp_path, Lazy)
     wrong = [check["name"] for check in verdict["checks"] if check["passed"] is False]
     assert verdict["outcome"] == "failed" and "commands off the published law [-]" in wrong
 

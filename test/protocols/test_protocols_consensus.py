@@ -393,7 +393,7 @@ def test_few_broadcasts_suffice_on_other_graphs(run, preset, sigma):
         "event_triggered_consensus",
         parameters={"sigma": sigma, "gain": gain},
         topology={"preset": preset},
-        duration=10.0,
+        duration=5.0,
     )
     assert set(failed(verdict)) <= {"distance from the mean [m]"}, verdict["checks"]
     assert check(verdict, "broadcasts")["passed"] and check(verdict, "growth")["passed"]

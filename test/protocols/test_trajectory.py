@@ -92,7 +92,7 @@ def following(**more):
             "rate": 20,
             "parameters": {"gain": 0.3, "waypoints": "0 0 1, 2 1 1.6", "speed": 0.4},
         },
-        "duration": 14.0,
+        "duration": 8.0,
         "step": 0.05,
     }
     return scenario_from_dict(dict(content, **more))

@@ -1,5 +1,6 @@
 """What the tests of protocols share: shipped scenarios, their verdicts, their checks."""
 
+import functools
 import os
 
 import numpy as np
@@ -10,9 +11,15 @@ from mrs_simulator import load_scenario, run_experiment
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
 
 
+@functools.lru_cache(maxsize=None)
+def as_it_ships(name):
+    """Return the shipped scenario itself, read once."""
+    return load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+
+
 def shipped(name, parameters=None, rate=None, **changes):
     """Return the shipped scenario with other parameters, rate [Hz] of commands and top-level keys."""
-    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    scenario = as_it_ships(name)
     control = scenario.control.to_plain()
     control["parameters"] = dict(control["parameters"], **(parameters or {}))
     if rate:

@@ -9,6 +9,7 @@ done only where numbers had to change, in a commit that says why.
 
 import base64
 import ctypes
+import functools
 import hashlib
 import json
 import os
@@ -63,12 +64,17 @@ def cases():
     return [(name, fidelity) for name in names for fidelity in FIDELITIES]
 
 
+@functools.lru_cache(maxsize=None)
+def _shipped(name):
+    return load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+
+
 def run_values(name, fidelity, directory, nudge=0.0, longest=np.inf):
     """Return the columns of ``run.csv``, name to (m, n), or the text that refused the run.
 
     ``nudge`` is added to all initial poses; ``longest`` [s]: what the run lasts at most.
     """
-    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    scenario = _shipped(name)
     if fidelity != scenario.fidelity:
         duration = min(scenario.duration, ELSEWHERE)
         scenario = scenario._replace(fidelity=fidelity, duration=duration)

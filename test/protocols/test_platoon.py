@@ -51,7 +51,7 @@ def test_amplitudes_of_sines():
     [(0.75, "difference", True), (0.4, "difference", False), (0.75, "state", False)],
 )
 def test_an_error_grows_down_the_chain_or_does_not(tau, delayed, grows, tmp_path):
-    scenario = shipped("platoon", {"tau": tau, "delayed": delayed})
+    scenario = shipped("platoon", {"tau": tau, "delayed": delayed}, duration=60.0)
     verdict = verdict_of(scenario, tmp_path)
     assert verdict["passed"], verdict["checks"]
     found = check(verdict, AMPLIFIED)

@@ -225,9 +225,9 @@ def test_a_small_beta_flocks_from_any_start(tmp_path, beta):
 
 def test_a_large_beta_flocks_from_a_slow_start_only(tmp_path):
     slow = {"beta": 1.0, "reach": 10.0, "start_speed": 0.5}
-    assert verdict_of(shipped("cucker_smale", slow), tmp_path / "slow")["passed"]
+    assert verdict_of(shipped("cucker_smale", slow, rate=10), tmp_path / "slow")["passed"]
     fast = dict(slow, reach=1.0, start_speed=5.0)
-    verdict = verdict_of(shipped("cucker_smale", fast), tmp_path / "fast")
+    verdict = verdict_of(shipped("cucker_smale", fast, rate=10), tmp_path / "fast")
     assert verdict["outcome"] == "not_judged" and "a slow start does not" in verdict["reason"]
     assert verdict["velocity_spread_at_end"] > 0.5 * verdict["velocity_spread_at_start"]
 

@@ -67,7 +67,7 @@ def test_no_claim_raises_on_a_run_that_shows_nothing(name, tmp_path, capsys, mon
     capsys.readouterr()
     most = theorem.MOST_COMMANDS
     for case, change in CASES.items():
-        monkeypatch.setattr(theorem, "MOST_COMMANDS", most if case in FOLLOWED else 200)
+        monkeypatch.setattr(theorem, "MOST_COMMANDS", most if case in FOLLOWED else 60)
         verdict = outcomes(change(run), control, capsys)
         if case in ("one sample", "points not known"):
             assert verdict["outcome"] in (NOT_JUDGED, FAILED), case

@@ -69,7 +69,7 @@ def _fitted(scenario, kinds):
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_a_protocol_of_each_family_runs_on_three_kinds(name, tmp_path):
-    verdict, found = headless(mixed(name, duration=5.0), tmp_path)
+    verdict, found = headless(mixed(name, duration=3.0), tmp_path)
     assert verdict["ended"] == "complete", verdict["ended"]
     wrong = [one for one in verdict["checks"] if one["passed"] is False]
     assert not wrong, wrong
@@ -83,7 +83,7 @@ def test_a_protocol_of_each_family_runs_on_three_kinds(name, tmp_path):
 @pytest.mark.processes
 @pytest.mark.parametrize("way", [over_ros, in_gui])
 def test_a_protocol_on_three_kinds_goes_where_it_does_without_ros(way, tmp_path):
-    scenario = mixed("formation", duration=5.0)
+    scenario = mixed("formation", duration=3.0)
     (tmp_path / "alone").mkdir()
     (tmp_path / "other").mkdir()
     alone = headless(each_step(scenario), tmp_path / "alone")[1]

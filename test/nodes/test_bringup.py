@@ -445,7 +445,7 @@ def test_a_run_is_judged_by_the_top_speed_that_its_control_keeps(ros, tmp_path):
 def test_a_run_behind_a_preset_is_made_again_by_the_launch_that_reproduce_prints(
     ros, tmp_path, capsys
 ):
-    asked = "duration:=1", "lockstep:=true", "speed:=0", "preset:=rosaria"
+    asked = "duration:=1", "robots:=2", "lockstep:=true", "speed:=0", "preset:=rosaria"
     launch(ros, tmp_path / "first", scenario("paper_four"), *asked)
     assert reproduce(str(tmp_path / "first" / "run.csv")) == 1
     said = capsys.readouterr().out
@@ -455,4 +455,4 @@ def test_a_run_behind_a_preset_is_made_again_by_the_launch_that_reproduce_prints
     assert again[-1] == "out:=ANOTHER_DIR"
     launch(ros, tmp_path / "again", *again[3:-1])
     first, second = (text_of(tmp_path / name / "run.csv") for name in ("first", "again"))
-    assert first == second and first.count("\n") == 1 + 4 * 11
+    assert first == second and first.count("\n") == 1 + 2 * 11

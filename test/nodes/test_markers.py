@@ -92,26 +92,23 @@ def test_robots_that_are_gone_are_deleted(ros):
     probe.wait("len(markers) == {}".format(2 * PARTS))
 
 
-@pytest.mark.parametrize(
-    "change, origin",
-    [
-        ("call('/stage/reset', Trigger)", [10.0, -5.0]),
-        ("set_team([[2, 2, 0], [5, 5, 0]])", [2.05, 2.0]),
-    ],
-)
-def test_trajectories_begin_anew_after_a_reset_and_with_a_new_team(ros, change, origin):
+def test_trajectories_begin_anew_after_a_reset_and_with_a_new_team(ros):
     probe = start(ros, "--robots", 2, "_speed:=2")
     probe.wait("len(markers) == {}".format(2 * PARTS))
     assert ends(probe)[0][0] == pytest.approx([10.0, -5.0], abs=0.01)  # the first hand point
-    probe.ask("drive([1, 2], 0.5, 0.0)")
-    probe.wait("shown('LINE_STRIP')[0]['points'][-1][0] > 11.5")
-    assert ends(probe)[0][0] == pytest.approx([10.0, -5.0], abs=0.01)
-    probe.ask("release()")
-    assert probe.ask(change)[0] is True
-    # Between the old trajectories and the new ones there may be none.
-    away = "[abs(x - {}) for line in shown('LINE_STRIP')[:1] for x, _ in line['points']]"
-    probe.wait("max({} or [9.0]) < 0.9".format(away.format(origin[0])))
-    assert ends(probe)[0] == [pytest.approx(origin, abs=0.9)] * 2
+    for change, origin in (
+        ("call('/stage/reset', Trigger)", [10.0, -5.0]),
+        ("set_team([[2, 2, 0], [5, 5, 0]])", [2.05, 2.0]),
+    ):
+        probe.ask("drive([1, 2], 0.5, 0.0)")
+        probe.wait("shown('LINE_STRIP')[0]['points'][-1][0] > 11.5")
+        assert ends(probe)[0][0] == pytest.approx([10.0, -5.0], abs=0.01)
+        probe.ask("release()")
+        assert probe.ask(change)[0] is True
+        # Between the old trajectories and the new ones there may be none.
+        away = "[abs(x - {}) for line in shown('LINE_STRIP')[:1] for x, _ in line['points']]"
+        probe.wait("max({} or [9.0]) < 0.9".format(away.format(origin[0])))
+        assert ends(probe)[0] == [pytest.approx(origin, abs=0.9)] * 2
 
 
 def test_obstacles_are_shown(ros, tmp_path):

@@ -53,8 +53,9 @@ KINDS = ("pioneer3dx", "robotino3", "f1tenth", "heron")
 @pytest.mark.parametrize("speed", [0.2, 0.75, -0.2])
 def test_no_robot_leaves_the_fence(monkeypatch, kind, speed):
     given = {"~geofence": FENCE}
-    begin, seconds = math.copysign(1.0, speed), 2.0 / abs(speed) + (4.0 if kind == "heron" else 2.5)
-    poses = [[begin, 0.0, 0.0]]
+    way = 2.0 if speed == 0.75 else 0.8  # [m] to the fence
+    seconds = way / abs(speed) + (4.0 if kind == "heron" else 2.5)
+    poses = [[math.copysign(3.0 - way, speed), 0.0, 0.0]]
     track, guards = driven(monkeypatch, (kind,), poses, speed, given, seconds=seconds)
     assert np.abs(track[:, 0, 0]).max() <= 3.0
     assert guards.stopped == [1]

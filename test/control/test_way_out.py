@@ -136,7 +136,7 @@ def test_upright_bodies_in_space_lie_within_their_balls():
 def test_pioneers_with_the_ramps_of_their_firmware_cross_without_contact_or_deadlock():
     with open(os.path.join(SCENARIOS, "formation_safely.yaml"), encoding="utf-8") as file:
         content = yaml.safe_load(file)
-    content.update(limits="firmware", duration=17.0)
+    content.update(limits="firmware", duration=14.0)
     experiment = Experiment(scenario_from_dict(content))
     for _ in experiment.samples():
         assert not experiment.control.safety_filter.deadlock

@@ -186,7 +186,7 @@ def test_one_that_is_put_elsewhere_pushes_none_there():
 
 # The safety filter --------------------------------------------------------------------------------
 
-AROUND = {"type": "box", "name": "van", "center": [1.2, -5.0], "size": [0.6, 1.0],
+AROUND = {"type": "box", "name": "van", "center": [1.2, -4.2], "size": [0.6, 1.0],
           "track": {"to": [[1.2, 5.0]], "speed": 0.3}}  # fmt: skip
 ROUND = Track(((-4.0, 0.2), (-4.0, 2.5)), 0.25, closed=True)
 
@@ -227,7 +227,7 @@ class Stay(PioneerControl):
 def in_the_way(**more):
     cart = dict(CART, center=[4.0, 0.2], radius=0.4, track=ROUND.to_plain())
     poses = [[0.0, 0.0, 0.0], [0.0, 2.5, 1.0], [1.0, -2.5, 2.0]]
-    content = {"poses": poses, "obstacles": [cart, AROUND], "duration": 7.0, "limits": "none"}
+    content = {"poses": poses, "obstacles": [cart, AROUND], "duration": 5.5, "limits": "none"}
     content["control"] = {"safety": {"obstacles": True}}
     return scenario_from_dict(dict(content, **more))
 
@@ -247,7 +247,7 @@ def test_the_filter_gives_way_where_one_for_standing_obstacles_collides(tmp_path
 
 
 def test_robots_that_take_their_time_give_way_too_though_no_theorem_says_so(tmp_path):
-    alone = {"poses": [[1.0, -2.5, 2.0]], "obstacles": [AROUND], "duration": 12.0}
+    alone = {"poses": [[1.0, -2.5, 2.0]], "obstacles": [AROUND], "duration": 9.0}
     checks = verdict_on(in_the_way(limits="firmware", **alone), tmp_path)
     assert checks["collisions"]["measured"] == 0
     clear = checks["least clearance of obstacles and border"]

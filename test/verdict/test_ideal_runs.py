@@ -86,7 +86,7 @@ def test_a_wrong_limit_is_false_of_the_law_beside_a_drift_too(short_runs):
 
 
 @pytest.mark.parametrize("duration", [10.0, pytest.param(40.0, marks=pytest.mark.release)])
-def test_a_false_theorem_of_twists_is_false_of_the_law_itself(duration):
+def test_a_false_theorem_of_twists_is_false_of_the_law_itself(duration, short_runs):
     found = check(verdict_of(Wrong, duration), "gap [m]")
     assert found["passed"] is False
     assert found["note"].startswith("false of the law itself: the run of ideal robots")
@@ -130,7 +130,7 @@ class FartherApart(SensedFollowing):
         ]
 
 
-def test_a_false_theorem_of_a_law_by_sensors_is_false_of_the_law_itself():
+def test_a_false_theorem_of_a_law_by_sensors_is_false_of_the_law_itself(short_runs):
     two = [[0.0, 0.0, 0.0], [-1.6, 0.3, 0.1]]
     scenario = shipped("sensed_following", duration=12.0).changed(robots=2, poses=two)
     found = check(simulate(scenario, protocol=FartherApart).verdict, "worst range")

@@ -90,7 +90,17 @@ def met(kinds, fidelity="kinematic", wall=False, gain=0.3, far=5.0, duration=10.
     return least, inside
 
 
-@pytest.mark.parametrize("kind", KINDS[:6])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "pioneer3dx",
+        "robotino3",
+        "f1tenth",
+        "heron",
+        "crazyflie2",
+        pytest.param("wamv", marks=pytest.mark.release),
+    ],
+)
 def test_robots_head_on_never_touch(kind):
     assert met((kind, kind))[0] > 1e-3
 
@@ -111,7 +121,9 @@ def test_robots_commanded_through_a_wall_stop_before_it(kind):
     assert gap > 1e-3
 
 
-@pytest.mark.parametrize("kind", ["ardrone2", "crazyflie2", "f1tenth"])
+@pytest.mark.parametrize(
+    "kind", ["ardrone2", pytest.param("crazyflie2", marks=pytest.mark.release), "f1tenth"]
+)
 def test_who_runs_on_with_forces_stops_before_a_wall(kind):
     assert met((kind, kind), "dynamic", wall=True, gain=3.0, duration=3.5)[1] > 1e-3
 

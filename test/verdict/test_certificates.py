@@ -173,7 +173,10 @@ def test_a_law_that_loses_a_tenth_is_off_its_balance(tmp_path):
     assert found["passed"] is False and found["measured"] == pytest.approx(0.1, abs=0.02)
 
 
-@pytest.mark.parametrize("name", ["containment", "distance_formation", "marching"])
+@pytest.mark.parametrize(
+    "name",
+    ["containment", pytest.param("distance_formation", marks=pytest.mark.release), "marching"],
+)
 def test_robots_keep_the_balance_of_a_right_law_and_miss_that_of_a_weak_one(name, tmp_path):
     class Weak(law_of(name)):
         def wanted_commands(self, pose):

@@ -9,6 +9,7 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.world.world import EVERY, World, WorldError
 
+WHEELED = "pioneer3dx", "husky", "robotino3", "f1tenth", "husky_panda"
 LAND = Box("beach", 10.0, 0.0, 0.0, 10.0, 40.0, 0.0)  # from x = 5 on
 
 
@@ -46,8 +47,15 @@ def test_others_stand_on_land_and_fly_over_it(fidelity):
     world.close()
 
 
-@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-@pytest.mark.parametrize("name", ["pioneer3dx", "husky", "robotino3", "f1tenth", "husky_panda"])
+@pytest.mark.parametrize(
+    "name, fidelity",
+    [
+        *((name, "kinematic") for name in WHEELED),
+        ("pioneer3dx", "dynamic"),
+        ("husky_panda", "dynamic"),
+        *(pytest.param(name, "dynamic", marks=pytest.mark.release) for name in WHEELED[1:4]),
+    ],
+)
 def test_wheels_that_leave_the_land_are_reported_and_stand_still(name, fidelity):
     poses = [[5.3, 0.0, np.pi], [5.3, 5.0, 0.0]]
     world = World((name, "pioneer3dx"), poses, obstacles=[LAND], fidelity=fidelity)

@@ -298,9 +298,18 @@ def aloft(**changes):
     return scenario(**given)
 
 
-@pytest.mark.parametrize("saturation", ["none", "robot", "team"])
-@pytest.mark.parametrize("rates", [(50, 10), (12.5, 5)])
-def test_fused_steps_of_quadrotors_lead_to_where_steps_lead(saturation, rates, compiled):
+@pytest.mark.parametrize(
+    "rates, saturation",
+    [
+        ((50, 10), "none"),
+        ((12.5, 5), "robot"),
+        ((50, 10), "team"),
+        pytest.param((12.5, 5), "none", marks=pytest.mark.release),
+        pytest.param((50, 10), "robot", marks=pytest.mark.release),
+        pytest.param((12.5, 5), "team", marks=pytest.mark.release),
+    ],
+)
+def test_fused_steps_of_quadrotors_lead_to_where_steps_lead(rates, saturation, compiled):
     control = {"rate": rates[0], "saturation": saturation}
     wind = {"wind": {"velocity": [1.0, -0.5]}}
     given = aloft(control=control, record_rate=rates[1], environment=wind, duration=0.7)
@@ -364,9 +373,18 @@ def test_quadrotors_out_of_the_ordinary_go_step_by_step(changes):
     assert not Experiment(aloft(**changes), Gather)._is_compilable()
 
 
-@pytest.mark.parametrize("limits", ["firmware", "top"])
-@pytest.mark.parametrize("rates", [(50, 10), (12.5, 50), (12.5, 5)])
-def test_steps_of_wheels_with_forces_are_fused_whatever_the_rates(limits, rates, compiled):
+@pytest.mark.parametrize(
+    "rates, limits",
+    [
+        ((50, 10), "firmware"),
+        ((12.5, 50), "top"),
+        ((12.5, 5), "firmware"),
+        pytest.param((50, 10), "top", marks=pytest.mark.release),
+        pytest.param((12.5, 50), "firmware", marks=pytest.mark.release),
+        pytest.param((12.5, 5), "top", marks=pytest.mark.release),
+    ],
+)
+def test_steps_of_wheels_with_forces_are_fused_whatever_the_rates(rates, limits, compiled):
     control = {"rate": rates[0], "saturation": "team" if limits == "top" else "robot"}
     given = scenario(control=control, record_rate=rates[1], duration=0.9, limits=limits, **ROLLING)
     assert compare(compiled, given, Gather)[1] == 0

@@ -202,7 +202,7 @@ def test_files_that_tell_of_no_run(tmp_path, text, said):
         read_run_csv(path)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.binary(max_size=120))
 def test_any_bytes_are_read_or_refused(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("fuzz") / "run.csv"

@@ -41,7 +41,7 @@ main(sys.argv[1:])
     "name, count",
     [pytest.param("paper", 5, marks=pytest.mark.release), ("crazyflies_bearings", 7)],
 )
-def test_what_draws_apart_loads_at_once_and_draws_as_here(tmp_path, name, count):
+def test_what_draws_apart_loads_at_once_and_draws_as_here(tmp_path, monkeypatch, name, count):
     apart, here = tmp_path / "apart", tmp_path / "here"
     scenario = os.path.join(ROOT, "scenarios", name + ".yaml")
     command = [sys.executable, "-c", TELLING, "experiment", scenario, "--duration", "1"]
@@ -50,6 +50,7 @@ def test_what_draws_apart_loads_at_once_and_draws_as_here(tmp_path, name, count)
     assert done.returncode in (0, 1)
     # What draws begins to load before numpy does; and its twin once matplotlib is loaded.
     assert done.stdout.decode().splitlines().count("forked False") == 1
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})  # draws here
     run_experiment(load_scenario(scenario).changed(duration=1.0), str(here), formats=("png",))
     drawn = sorted(p.name for p in apart.iterdir() if p.suffix == ".png")
     assert len(drawn) == count

@@ -271,7 +271,8 @@ def test_a_report_of_a_csv_is_that_of_the_run(tmp_path, capsys):
     four = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
     verdict = run_experiment(four, str(tmp_path / "run"), formats=())
     with pytest.raises(SystemExit) as ended:
-        report([str(tmp_path / "run" / "run.csv"), "--out", str(tmp_path / "report")])
+        given = "--out", str(tmp_path / "report"), "--formats", "png"
+        report([str(tmp_path / "run" / "run.csv"), *given])
     assert ended.value.code == 0
     again = json.loads((tmp_path / "report" / "verdict.json").read_text())
     same = ("passed", "settle_time", "final_gaps", "y_spread", "checks", "seed")

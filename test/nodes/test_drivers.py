@@ -136,17 +136,15 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
     bench.launch()
     assert bench.x(1) == 0.0
     bench.start()
-    bench.far(0.1)
+    bench.far(0.05)
     if bench.name == "p2os":
         switch_motors_off_and_on(bench)
-    frames = bench.ros.call(
-        "rostopic", "echo", "-n1", "/robot2/{}/header/frame_id".format(bench.topic)
-    )
-    assert "robot2/odom" in frames
+    frame = "newest['/robot2/{}'].header.frame_id".format(bench.topic)
+    assert bench.probe.ask(frame).lstrip("/") == "robot2/odom"
     assert bench.probe.ask(STOP)[0]
     bench.stand(1, 2)
     bench.start()
-    bench.far(max(bench.x(1), bench.x(2)) + 0.1)
+    bench.far(max(bench.x(1), bench.x(2)) + 0.05)
     control = bench.pid("/pioneer_control")
     where = {number: bench.x(number) for number in (1, 2)}
     os.kill(control, signal.SIGSTOP)

@@ -195,7 +195,9 @@ def test_over_ros_a_deadlock_is_reported_in_the_status_the_log_and_the_verdict(r
     path = tmp_path / "blocked.yaml"
     scenario = blocked(arena=[-9, -9, 1.5, 9], speed=[0.3, 0.3])
     near = [[0.8, 0.0, 0.0], [-3.0, 0.0, 0.0]]  # held still after a second or two
-    path.write_text(scenario.changed(duration=10.0, poses=near).to_yaml())
+    slower = dict(scenario.control.to_plain(), rate=20)
+    scenario = scenario.changed(duration=10.0, poses=near, step=0.05, control=slower)
+    path.write_text(scenario.to_yaml())
     given = ["--scenario", path]
     ros.node("stage", *given, "_speed:=4", "_lockstep:=true", "_wait_for_recorders:=1")
     probe = ros.probe()

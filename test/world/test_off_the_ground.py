@@ -311,8 +311,9 @@ def test_over_ros_height_and_orientation_are_published_everywhere(ros, tmp_path)
         "        return twists\n"
     )
     scenario = tmp_path / "flight.yaml"
-    protocol = {"control": {"protocol": "{}:Climb".format(law)}, "duration": 4.0, "speed": 0}
-    scenario.write_text(flight("crazyflie2", protocol).to_yaml())
+    changes = {"control": {"protocol": "{}:Climb".format(law), "rate": 20}, "step": 0.05}
+    changes.update(duration=4.0, speed=0)
+    scenario.write_text(flight("crazyflie2", changes).to_yaml())
     ros.node("stage", "--scenario", scenario, "_lockstep:=true", "_wait_for_recorders:=3")
     ros.node("markers")
     probe = ros.probe()

@@ -251,7 +251,7 @@ def test_a_run_tells_what_befell_and_is_judged_until_then(tmp_path):
 
 
 def test_robots_take_off_before_their_law_begins(tmp_path):
-    scenario = gathering("dynamic").changed(takeoff=True, duration=6.0)
+    scenario = gathering("dynamic").changed(takeoff=True, duration=4.5)
     assert scenario_from_dict(scenario.to_dict()).takeoff
     verdict = verdict_of(scenario, tmp_path)
     assert verdict["passed"], verdict["checks"]

@@ -131,14 +131,14 @@ def test_steps_in_one_call_have_the_bits_of_numpys(limits, compiled, monkeypatch
 
 
 def driven_about(limits):
-    """Return poses, twists and travel of two kinds of robots, far apart, under hard commands for 2 s."""
+    """Return poses, twists and travel of two kinds of robots, far apart, under hard commands for 1.4 s."""
     poses, kinds = (
         [[20.0 * k, 0.0, 2.0 * k - 3.0] for k in range(4)],
         ("pioneer3dx", "turtlebot3_burger") * 2,
     )
     world = World(kinds, poses, fidelity="dynamic", engine="planar", limits=limits)
     draw, track = np.random.default_rng(1), []
-    for step in range(100):
+    for step in range(70):
         if step % 20 == 0:
             world.set_commands(EVERY, draw.uniform(-1.0, 1.0, (4, 2)) * [0.3, 2.0])
         world.step()

@@ -52,7 +52,7 @@ def test_after_silence_it_hovers_and_then_lands(fidelity):
     "fidelity", ["kinematic", pytest.param("dynamic", marks=pytest.mark.release)]
 )
 def test_a_circle_of_crazyflies_passes_its_verdict(fidelity, tmp_path):
-    scenario = shipped("formation_crazyflies", fidelity=fidelity, duration=20.0)
+    scenario = shipped("formation_crazyflies", fidelity=fidelity, duration=14.0)
     verdict = verdict_of(scenario, tmp_path)
     assert verdict["passed"], failed(verdict)
 

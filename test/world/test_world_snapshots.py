@@ -51,11 +51,11 @@ def test_a_world_goes_on_alike(make, before):
     world = make()
     told(world, before)
     kept = world.snapshot()
-    first = told(world, 150)
+    first = told(world, 100)
     assert first[1]  # a fault, or a collision
     for _ in range(2):
         world.restore(kept)
-        assert told(world, 150) == first
+        assert told(world, 100) == first
 
 
 def test_another_future_leaves_the_snapshot_as_it_was():

@@ -10,7 +10,7 @@ from mrs_simulator.control.safety.braking_certificate import WayOut
 from mrs_simulator.control.twist_message import make_twist
 from mrs_simulator.core import compiling
 from mrs_simulator.scenario.scenario import scenario_from_dict
-from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.compiled_courses import roll
 from mrs_simulator.vehicles.courses import columns_of, instants_of
@@ -52,6 +52,8 @@ CASES = {
     "between far walls": (Across, {}, {"arena": [-9.0, -9.0, 9.0, 9.0]}),
     "by Twists": (Ahead, {}, True),
     "capped and apart": (Outwards, {}, {"speed": 0.2}),
+    "slowed down together": (Across, {"control": {"saturation": "team"}}, True),
+    "without limits": (Across, {"control": {"saturation": "none"}, "duration": 3.0}, True),
     "held by walls": (Outwards, {}, {"arena": [-1.9, -1.9, 1.9, 1.9]}),
 }
 
@@ -61,7 +63,7 @@ def experiment_of(law, changes, safety):
     points, angle = start(6, 1.2)
     content = {"robots": 6, "model": "pioneer3dx", "duration": 4.0, "limits": "firmware", **changes}
     content["poses"] = np.column_stack([points, angle + np.pi]).tolist()
-    content["control"] = {"rate": 10.0, "safety": safety}
+    content["control"] = {"rate": 10.0, "safety": safety, **changes.get("control", {})}
     return Experiment(scenario_from_dict(content), law)
 
 
@@ -132,6 +134,36 @@ def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeyp
         assert columns.T.tobytes() == wanted.tobytes(), seed
         slowed.update(np.round(wanted[:, 0] / command[:, 0], 6).tolist())
     assert slowed >= {1.0, 0.5, 0.0}
+
+
+def test_a_law_that_gives_no_number_is_named_as_step_by_step(monkeypatch):
+    class Lost(Across):
+        def pointMassLaw(self, hand):
+            wanted = super().pointMassLaw(hand)
+            wanted[2] = np.nan if self.time > 0.55 else 0.0
+            return wanted
+
+    texts = []
+    for loop in (None, compiled_passing.pass_all):
+        monkeypatch.setattr(one_call, "same_bits", lambda *_, loop=loop: loop)
+        experiment = experiment_of(Lost, {}, True)
+        try:
+            with pytest.raises(LawFailed) as failed:
+                list(experiment.samples())
+        finally:
+            experiment.world.close()
+        texts.append(str(failed.value))
+    assert texts[0] == texts[1] and "0.6" in texts[0] and "robot 3" in texts[0]
+
+
+def test_a_class_that_limits_commands_by_itself_is_asked(monkeypatch):
+    class Slow(Across):
+        def saturated(self, command, scope):
+            return 0.5 * super().saturated(command, scope)
+
+    case = Slow, {"duration": 2.0}, True
+    steps, _, _ = run(case, None, monkeypatch)
+    assert run(case, compiled_passing.pass_all, monkeypatch)[0] == steps
 
 
 def test_no_pair_is_left_out_that_might_touch():

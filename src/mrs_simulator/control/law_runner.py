@@ -21,9 +21,10 @@ FEW = 200  # [-] robots among whose positions and Twists garbage may be looked f
 class LawRunner:
     """Runs the law of one control at each command."""
 
-    def __init__(self, control):
-        """``control``: the ``PioneerControl`` whose law it is."""
-        self._control = control
+    def __init__(self, control, replaces_loop):
+        """``control``: the ``PioneerControl`` whose law it is; ``replaces_loop``: whether its class does
+        what goes on between law and robots in a way of its own."""
+        self._control, self.replaces_loop = control, replaces_loop
         self.network = None  # ``Network`` of edges with faults
         self.warnings = []  # texts: what the law's commands may do to these robots
         self.heights = None  # (n) [m] of robots that leave the ground
@@ -78,11 +79,8 @@ class LawRunner:
         control.__dict__["time"] = time  # as _keep, in less time
         if self.heights and control.dimension == 2:
             pose = pose[:, :3]
-        command = self._limited_commands(pose)
-        if control.safety_filter.acts:
-            by_points = not self.gives_twists and self.network is None
-            unlimited = self._unlimited if by_points else None
-            command = control.safety_filter.passed(command, pose, unlimited)
+        acts = control.safety_filter.acts
+        command = self._filtered_commands(pose) if acts else self._limited_commands(pose)
         if control.deadband:
             command = stilled(command, control.deadband)
         if self._has_joints:
@@ -95,6 +93,22 @@ class LawRunner:
         if readings is not self._sensed:
             self._sensed = readings
             control._keep(readings=readings_by_number(control.numbers, control.SENSORS, readings))
+
+    def _filtered_commands(self, pose):
+        """Return the commands (n, a) that the safety filter lets pass, from ``pose`` (n, 3)."""
+        safety, by_points = (
+            self._control.safety_filter,
+            not self.gives_twists and self.network is None,
+        )
+        if by_points and safety.limits_velocities:
+            unlimited, _ = self._wanted_velocities(pose)
+            return safety.passed(None, pose, unlimited)
+        command = self._limited_commands(pose)
+        return safety.passed(command, pose, self._unlimited if by_points else None)
+
+    def limited_command(self, velocity, pose):
+        """Return the commands (n, a) that give points ``velocity`` (n, d) [m/s], as :meth:`limited`."""
+        return self.limited(self._control.commands_for(velocity, pose))
 
     def _limited_commands(self, pose):
         """Return the law's commands (n, a) within limits and finite, from ``pose`` (n, 3)."""

@@ -27,6 +27,8 @@ from mrs_simulator.scenario.surroundings.environment import CALM
 from mrs_simulator.sensors.readings import readings_by_number
 from mrs_simulator.vehicles import Team
 
+# What goes on between a law and the robots.
+LOOP = ("commands", "wanted_commands", "saturated")
 OF_POINTS = "of_points"  # in the meta of a run that theory gives
 
 
@@ -80,7 +82,8 @@ class PioneerControl(LawHooks):
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
         self._keep(SENSORS=tuple(dict.fromkeys((*self.SENSORS, *surroundings.sensed))))
         self._keep(readings=readings_by_number(numbers, self.SENSORS, {}))
-        self._keep(runner=LawRunner(self), safety_filter=SafetyFilter(self, surroundings))
+        own = any(getattr(type(self), name) is not getattr(PioneerControl, name) for name in LOOP)
+        self._keep(runner=LawRunner(self, own), safety_filter=SafetyFilter(self, surroundings))
         self.time = 0.0
         self.set_team(team)
         self.set_parameters(parameters or {})

@@ -38,16 +38,19 @@ from mrs_simulator.control.safety.nearest_velocities import (
 )
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import kept
+from mrs_simulator.scenario.control import SATURATIONS
 from mrs_simulator.vehicles.compiled_courses import followed, longest, roll
 from mrs_simulator.vehicles.courses import LEAST as SHORTEST
 
-# STAND: obstacles may be in a robot's way, and whether it can brake is not known.
-FREE, STAND = 0, 1
+# STAND: obstacles may be in a robot's way, and whether it can brake is not known; ODD: no usable command.
+FREE, STAND, ODD = range(3)
+# Whose limits slow down a robot, rows of SATURATIONS; GIVEN: commands are within limits.
+ROBOT, TEAM, GIVEN = SATURATIONS.index("robot"), SATURATIONS.index("team"), -1
 ROUNDED = 1e-6  # [m] more than rounding adds to how far robots are from each other
 SLOWER = np.array(SHARES)  # of a tuple the compiled loop would make another at each index
 
 
-def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope, passed):
+def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope, limits, passed):
     """Fill ``passed`` (2, n) with the ``command`` (2, n) as the filter lets it pass at ``pose`` (3, n).
 
     ``unlimited`` (n, 2) [m/s], or (0, 2) for None; ``known``: what was before, inner states (n, 2), command
@@ -55,10 +58,11 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     ``robots``: as ``OneCall`` lists them; ``kept_apart``: distances (n, n), or (1, 1) for one of all, what
     ``most_distant`` takes of them, caps (n,) [m/s], or (0,) for none, and these or limits, whichever is
     less; ``bounds``: those of ``Bounds`` that stand; ``scope``: the points' lead l [m], the period [s], and
-    columns, instants and shares of courses.
+    columns, instants and shares of courses; ``limits``: ``GIVEN``, or else which of ``SATURATIONS`` limit
+    the ``command``, which is filled, then, from ``unlimited``.
 
-    Returns ``STAND``, or ``FREE`` if the command leaves a way out, the inner states, the speeds, and which
-    robots are held still, (n,) bool.
+    Returns ``ODD``, ``STAND``, or ``FREE`` if the command leaves a way out, the inner states, the speeds,
+    and which robots are held still, (n,) bool.
     """
     n, (lead, period, columns, instants, brakes) = pose.shape[1], scope
     top, rates, fastest, radii, slowness, late, waits = robots
@@ -66,6 +70,8 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     cos, sin = np.empty(n), np.empty(n)
     cosines(pose[2], cos)
     sines(pose[2], sin)
+    if limits != GIVEN and not limit(unlimited, cos, sin, lead, top, limits, command):
+        return ODD, known[0], known[2], np.empty(0, dtype=np.bool_)
     points, given = np.empty((n, 2)), velocities(command, cos, sin, lead)
     for i in range(n):
         points[i, 0], points[i, 1] = pose[0, i] + lead * cos[i], pose[1, i] + lead * sin[i]
@@ -89,6 +95,24 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
         let(passed, pose, states, radii, times, first, second)
     done = velocities(passed, cos, sin, lead)
     return FREE, inner, speeds, held_still(given, done, points, distance)
+
+
+def limit(velocity, cos, sin, lead, top, scope, command):
+    """Fill ``command`` (2, n) with what gives points ``velocity`` (n, 2), as ``LawRunner.limited``.
+
+    Return whether it is finite.  ``scope``: which of ``SATURATIONS``.
+    """
+    n, worst, odd, factor = len(velocity), 1.0, 0, np.empty(len(velocity))
+    for i in range(n):
+        x, y = velocity[i, 0], velocity[i, 1]
+        ahead, turn = cos[i] * x + sin[i] * y, (cos[i] * y - sin[i] * x) / lead
+        own = max(np.abs(ahead) / top[i, 0], np.abs(turn) / top[i, 1], 1.0)
+        odd += not (np.isfinite(ahead) and np.isfinite(turn) and np.isfinite(own))
+        command[0, i], command[1, i], factor[i], worst = ahead, turn, own, max(worst, own)
+    for i in range(n):
+        share = factor[i] if scope == ROBOT else worst if scope == TEAM else 1.0
+        command[0, i], command[1, i] = command[0, i] / share, command[1, i] / share
+    return odd == 0
 
 
 def velocities(command, cos, sin, lead):

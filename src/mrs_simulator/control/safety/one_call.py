@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from mrs_simulator.control.safety.compiled_passing import FREE, compiled_passing
+from mrs_simulator.control.safety.compiled_passing import FREE, GIVEN, ODD, compiled_passing
 from mrs_simulator.control.safety.nearest_velocities import NONE, extremes
 from mrs_simulator.core.compiling import same_bits
 from mrs_simulator.core.neighbours import DENSE
+from mrs_simulator.scenario.control import SATURATIONS
 from mrs_simulator.vehicles.courses import columns_of, instants_of
 
 WORTH = 30000  # [-] robots of all calls, and FIXED of each, that take numpy as long as numba takes to load
@@ -21,6 +22,7 @@ class OneCall:
         team, self._l, self._numbers = control.team, None, None
         alone = way_out is not None and way_out.ramps_alone and len(team.groups) == 1
         self.fits = bool(alone and team.is_of_unicycles and team.n <= DENSE and not around.fastest)
+        self.fits = self.fits and not control.runner.replaces_loop
         if self.fits:
             limits, radii = team.groups[0].limits, control.safety_filter.body_radii
             arrays = (limits.top, limits.acceleration, team.speeds[:, 0], radii, *way_out.columns)
@@ -33,24 +35,30 @@ class OneCall:
         return same_bits(compiled_passing, WORTH, FIXED + len(self._robots[2]))
 
     def passed(self, loop, control, command, pose, unlimited, bounds):
-        """Return the ``command`` (n, a) as the filter lets it pass, and which robots are held still, (n,).
+        """Return the ``command`` (n, a), what the filter lets pass of it, and who is held still, (n,) bool.
 
-        None instead of the latter where something that stands may be in a robot's way: then the command has
-        still to leave a way out.  ``bounds``: those that do not come.
+        None instead of the last where something that stands may be in a robot's way: then the command has
+        still to leave a way out.  ``command``: None for what limits leave of ``unlimited``; ``bounds``:
+        those that do not come.
         """
         way_out, time = control.safety_filter.way_out, control.time
         inner, given, speeds, seconds = way_out.known(time)
         kept, result = self._kept(control), np.empty((2, len(pose)))
         known = np.ascontiguousarray(inner), np.ascontiguousarray(given.T), speeds, float(seconds)
+        scope = GIVEN if command is not None else SATURATIONS.index(control.saturation)
+        command = np.empty((len(pose), 2), order="F") if command is None else command
         given = [np.ascontiguousarray(each) for each in (pose[:, :3].T, command.T)]
         given.append(ANY if unlimited is None else np.ascontiguousarray(unlimited, dtype=float))
         around = bounds.robot, np.ascontiguousarray(bounds.way_out), bounds.gap, bounds.turns
-        given += [known, self._robots, kept, around, (self._l, *self._scope), result]
+        given += [known, self._robots, kept, around, (self._l, *self._scope), scope, result]
         end, inner, speeds, held = loop(*given)
+        if end == ODD:  # which raises, or does what the loop does not
+            limited = control.runner.limited_command(unlimited, pose)
+            return self.passed(loop, control, limited, pose, unlimited, bounds)
         if end != FREE:
-            return result.T, None
+            return command, result.T, None
         way_out.note(inner, result.T.copy(order="F"), speeds, time)
-        return result.T, held
+        return command, result.T, held
 
     def _kept(self, control):
         """Return the distances that are kept, their ends and the worst brakes, and caps of speeds."""

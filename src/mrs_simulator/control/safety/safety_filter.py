@@ -50,17 +50,29 @@ class SafetyFilter:
         """Return ``command`` (n, a) as the filter lets it pass, on the controlled points.
 
         ``pose`` (n, 3), of points in space (n, 4); ``unlimited`` (n, d) [m/s]: what the law wants before
-        limits, None where it gives commands.
+        limits, None where it gives commands.  ``command``: None for what limits leave of ``unlimited``,
+        where it :attr:`limits_velocities`.
         """
+        one_call = self._known_call()
+        loop = one_call.loop() if one_call.fits else None
+        if loop is not None:
+            return self._in_one_call(loop, command, pose, unlimited)
+        if command is None:
+            command = self._control.runner.limited_command(unlimited, pose)
+        if not one_call.fits:
+            return self._step_by_step(command, pose, unlimited)
+        with in_time():  # its parts pay by themselves where the whole would not
+            return self._step_by_step(command, pose, unlimited)
+
+    @property
+    def limits_velocities(self):
+        """Return whether :meth:`passed` finds commands within limits by itself."""
+        return self._known_call().fits
+
+    def _known_call(self):
         if self._one_call is None:
             self._one_call = OneCall(self._control, self._around, self.way_out)
-        if not self._one_call.fits:
-            return self._step_by_step(command, pose, unlimited)
-        loop = self._one_call.loop()
-        if loop is None:
-            with in_time():  # its parts pay by themselves where the whole would not
-                return self._step_by_step(command, pose, unlimited)
-        return self._in_one_call(loop, command, pose, unlimited)
+        return self._one_call
 
     def _in_one_call(self, loop, command, pose, unlimited):
         """As :meth:`passed`, by the compiled ``loop``."""
@@ -68,8 +80,8 @@ class SafetyFilter:
         if self._around.obstacles or self._around.arena:
             points = control.points(pose)
             bounds = self.bounds(points)
-        given = command, pose, unlimited, bounds
-        passed, held = self._one_call.passed(loop, control, *given)
+        given = pose, unlimited, bounds
+        command, passed, held = self._one_call.passed(loop, control, command, *given)
         if held is not None:
             self._deadlocks.note_held(control.time, held)
         else:

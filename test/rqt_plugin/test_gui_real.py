@@ -14,6 +14,17 @@ from mrs_simulator.scenario.scenario import load_scenario
 FOUR = "scenarios/paper_four.yaml"
 
 
+SHORT = """
+gui.study.edited.scenario = gui.scenario._replace(duration=min(10.0, gui.scenario.duration))
+"""
+
+
+@pytest.fixture
+def gui(gui):
+    """``gui``, of a scenario that is short: checks before a start predict all of it."""
+    return lambda code, *arguments, **given: gui(SHORT + code, *arguments, **given)
+
+
 @pytest.fixture
 def robots(ros):
     """Return a probe that is the odometry of four real robots at the scenario's poses."""

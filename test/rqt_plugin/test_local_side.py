@@ -50,14 +50,16 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from mrs_simulator.rqt_plugin.local_side.connection import LocalConnection
 from mrs_simulator.rqt_plugin.local_side.processes import LocalProcesses
+from mrs_simulator.rqt_plugin import study_widget
 from mrs_simulator.rqt_plugin.curves import drawn
-from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.window.main_window import open_application
 from mrs_simulator.scenario.scenario import load_scenario
 application = open_application("gui")
-drawn.DrawnCurves.tick = drawn._Canvas.draw = lambda *_: None  # nobody sees them
+# Most of the window's work while tests wait is pictures that nobody sees.
+study_widget.FRAME = 100  # [ms]
+drawn.DrawnCurves.tick = drawn._Canvas.draw = lambda *_: None
 connection = LocalConnection()
-gui = StudyWidget(connection, LocalProcesses(connection), load_scenario(sys.argv[1]))
+gui = study_widget.StudyWidget(connection, LocalProcesses(connection), load_scenario(sys.argv[1]))
 gui.resize(1280, 740)
 gui.show()
 

@@ -129,7 +129,9 @@ def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
     text = page("tutorial.md")
     saved(text, tmp_path)
     assert headless(text) == ["experiment", "check_protocol", "sweep", "report"]
-    assert "3 of 3 runs passed" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "18 mistakes put in" in said and said.count("nothing noticed it") == 3
+    assert "3 of 3 runs passed" in said
     for name in (
         "square/trajectories.pdf",
         "square/verdict.tex",

@@ -179,7 +179,9 @@ def test_without_feed_forward_a_chain_lags_by_i_v_over_kappa():
 
 @ended_early({"marching": 0.3, "marching_lag": 0.6, "marching_patrol": 0.4, "leader_follower": 0.3})
 def test_the_shipped_scenario_passes(tmp_path, name, share):
-    verdict = verdict_of(part_of_shipped(name, share), tmp_path)
+    # With fewer commands a second the rate on the patrol is not judged.
+    rate = 10 if share < 1.0 and name != "marching_patrol" else None
+    verdict = verdict_of(part_of_shipped(name, share, rate=rate), tmp_path)
     assert verdict["passed"], failed(verdict)
     # Nothing was left out: theory speaks of the whole run.
     assert all(check["passed"] for check in verdict["checks"])

@@ -196,6 +196,7 @@ assert threading.main_thread() not in askers and len(askers) >= 3
     )
 
 
+@pytest.mark.release
 def test_another_protocol_takes_over_running_robots_and_starts_no_standing_ones(gui):
     gui(
         """

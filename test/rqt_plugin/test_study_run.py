@@ -741,3 +741,18 @@ def test_a_controller_elsewhere_that_runs_another_law_keeps_the_robots_standing(
     assert "the controller is not started" in said
     assert run.preflight.findings == [("", "controller", "runs Formation", "Consensus", False)]
     assert not run.preflight.may_judge() and ("start",) not in connection.asked
+
+
+@pytest.mark.parametrize(
+    "drives, real, goes_on", [(True, (), True), (False, (), False), (True, (1,), False)]
+)
+def test_a_new_law_takes_over_simulated_robots_that_go_and_no_others(
+    tmp_path, drives, real, goes_on
+):
+    processes = Processes(["control"], directory=tmp_path)
+    run = study(connection=Connection(control=STANDS), processes=processes)
+    run.state.drives, run.state.real = lambda: drives, lambda: frozenset(real)
+    assert run.edited.set_protocol("formation") == ""
+    said = run.control.follow_protocol()
+    assert processes.is_running("control") == goes_on
+    assert said == ("" if goes_on else "controller ended: start it for the new protocol")

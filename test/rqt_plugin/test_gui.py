@@ -475,33 +475,6 @@ def test_a_parameter_that_is_not_read_is_refused_and_help_says_whose_there_are(t
     assert code == 0 and all(word in reported for word in ("stage --help", "odom_frame", "v_max"))
 
 
-def test_what_a_controller_warns_of_is_in_the_message_bar(gui, ros):
-    ros.node("stage", "--scenario", "paper_four.yaml")
-    gui(
-        """
-from mrs_simulator.ros.message_forms.messages import ControlStatus
-status = rospy.Publisher("pioneer_control/status", ControlStatus, queue_size=1)
-message = ControlStatus(protocol="Formation", running=True, period=0.02)
-def reported(*warnings):
-    message.warnings = warnings
-    def is_shown():
-        status.publish(message)
-        return gui.banners.text("warnings") == "\\n".join(warnings)
-    until(is_shown)
-reported("robots 1 and 2 hold each other still")
-reported("robots 1 and 2 hold each other still", "k is high")
-QTest.mouseClick(gui.banners.button("warnings", "Close"), Qt.LeftButton)
-message.protocol = "the same warnings again"
-until(lambda: status.publish(message) or gui.connection.newest("control").protocol == message.protocol)
-gui.tick()
-assert not gui.banners.text("warnings")
-reported("k is high")
-message.running = False
-until(lambda: status.publish(message) or not gui.banners.text("warnings"))
-"""
-    )
-
-
 def test_a_closed_gui_leaves_nothing_behind(gui):
     gui(
         """

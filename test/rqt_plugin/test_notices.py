@@ -3,6 +3,7 @@
 import functools
 import os
 import threading
+from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
@@ -300,3 +301,23 @@ def test_a_file_dialog_is_gone_before_what_was_chosen_is_tried(make_study, app, 
     dialog.selectFile(str(tmp_path / "law.py"))
     dialog.accept()
     assert seen == [(str(tmp_path / "law.py"), [False])]
+
+
+def test_what_a_controller_warns_of_is_in_the_message_bar(make_study, no_hidden_errors):
+    study = active(make_study(), 1022, 700)
+    study.connection.is_fresh.side_effect = lambda name: name == "control"
+    status = dict.fromkeys(("stopped", "stale", "targets", "edges", "command"), ())
+    status.update(protocol="Formation", trouble="", period=0.02, overrun=0.0, directed=True)
+
+    def shown(warnings, running=True):
+        received = SimpleNamespace(**status, warnings=warnings, running=running)
+        study.connection.newest.side_effect = {"control": received}.get
+        study.tick()
+        return study.banners.text("warnings")
+
+    two = ["robots 1 and 2 hold each other still", "k is high"]
+    assert shown(two[:1]) == two[0] and shown(two) == "\n".join(two)
+    QTest.mouseClick(study.banners.button("warnings", "Close"), Qt.LeftButton)
+    assert not shown(two)  # the same again
+    assert shown(two[1:]) == two[1]
+    assert not shown(two[1:], running=False)

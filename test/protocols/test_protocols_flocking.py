@@ -95,7 +95,7 @@ def test_energy_falls_on_point_masses_too(tmp_path):
 
 
 def risen(seed, n, share):
-    """Return by how much of its start the energy of a random flock rises at most under one of 100 commands.
+    """Return by how much of its start the energy of a random flock rises at most under one of 50 commands.
 
     They are held for ``share`` times as long as ``held_flock`` allows.
     """
@@ -107,7 +107,7 @@ def risen(seed, n, share):
     period = share / laws.held_flock(n, lattice, alignment, c1, c2, 1.0)
     points, velocities = draw.uniform(-3.0, 3.0, (n, 2)), draw.uniform(-2.0, 2.0, (n, 2))
     leader, energies = np.zeros((2, 2)), []
-    for _ in range(100):
+    for _ in range(50):
         energies.append(laws.flocking_energy(points, velocities, lattice, leader, c1))
         u = laws.flocking(points, velocities, lattice, alignment, leader, c1, c2)
         velocities = velocities + period * u

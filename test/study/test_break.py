@@ -393,7 +393,7 @@ def test_pushes_are_drawn_and_become_events():
     "vary, found",
     [
         pytest.param("edges={cut: 2, add: 1}", "edges", marks=pytest.mark.release),
-        ("dead=2", "dead"),
+        pytest.param("dead=2", "dead", marks=pytest.mark.release),
         ("pushes={most: 2, within: 3.6, until: 10}", "pushes"),
     ],
 )

@@ -120,7 +120,7 @@ def crowd(**changes):
         "robots": 12,
         "poses": {"layout": "grid", "spacing": 0.7},
         "limits": "top",
-        "duration": 3.0,
+        "duration": 2.0,
     }
     content.update(changes)
     return scenario_from_dict(content, "test")
@@ -363,7 +363,7 @@ def test_pairs_are_listed_anew_as_robots_go(skin, loose, compiled, tmp_path, mon
     monkeypatch.setattr(bodies, "LOOSE", loose)
     for module in (bodies, collisions, commanded_steps):
         monkeypatch.setattr(module, "SKIN", skin)
-    given = crowd(robots=7, poses={"layout": "circle", "radius": 0.9})
+    given = crowd(robots=7, poses={"layout": "circle", "radius": 0.9}, duration=3.0)
     wanted, _, _ = run(given, Walk, tmp_path)
     ends = compiled()
     told, _, _ = run(given, Walk, tmp_path)

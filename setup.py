@@ -8,7 +8,8 @@ from setuptools.command.build_py import build_py
 
 ROOT = os.path.dirname(os.path.abspath(__file__))
 SCENARIOS, DOCS = "scenarios", "docs"
-OF_THE_REPOSITORY = "development.md"  # what it tells of is not installed
+# What these tell of is not installed: the tests, and the benchmarks whose tables they are.
+OF_THE_REPOSITORY = "development.md", "agreement.md", "agreement_dynamic.md"
 
 
 def version():
@@ -43,7 +44,7 @@ class BuildWithScenarios(build_py):
             there = os.path.join(target, os.path.relpath(folder, DOCS))
             os.makedirs(there, exist_ok=True)
             for name in sorted(os.listdir(os.path.join(ROOT, folder))):
-                if name.endswith(".md") and name != OF_THE_REPOSITORY:
+                if name.endswith(".md") and name not in OF_THE_REPOSITORY:
                     shutil.copyfile(os.path.join(ROOT, folder, name), os.path.join(there, name))
 
 

@@ -41,7 +41,11 @@ def it_is_small_and_holds_scenarios_and_kinds(clean):
     kinds = ("src", "mrs_simulator", "vehicles", "kinds")
     assert held["mrs_simulator/vehicles/kinds"] == files(*kinds)
     pages = {name for name in files("docs") if name.endswith(".md")}
-    assert held["mrs_simulator/docs"] == pages - {"development.md"}
+    assert held["mrs_simulator/docs"] == pages - {
+        "development.md",
+        "agreement.md",
+        "agreement_dynamic.md",
+    }
 
 
 def the_readmes_protocol_gives_the_values_of_the_catkin_package(clean, tmp_path):

@@ -302,12 +302,14 @@ def test_a_bag_of_the_stages_states_is_read_in_space(hoverer, tmp_path):  # noqa
 def test_over_ros_height_and_orientation_are_published_everywhere(ros, tmp_path):
     law = tmp_path / "climb.py"
     law.write_text(
+        "import math\n"
         "from mrs_simulator import PioneerControl, make_twist\n"
         "class Climb(PioneerControl):\n"
         "    def calculateControlLaw(self, pos_map):\n"
         "        twists = {i: make_twist(0.0, 0.0) for i in pos_map}\n"
         "        twists[2].linear.z = pos_map[1].z - pos_map[2].z\n"
-        "        twists[2].linear.x = 0.2 * self.time\n"
+        # At its top speed it would lean no more, and the stage goes on after the recorder.
+        "        twists[2].linear.x = 0.4 - 0.4 * math.cos(3.0 * self.time)\n"
         "        return twists\n"
     )
     scenario = tmp_path / "flight.yaml"

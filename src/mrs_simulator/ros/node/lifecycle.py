@@ -14,6 +14,7 @@ import rospy
 import rospy.impl.init
 import rospy.impl.tcpros_base
 from rospy.impl.masterslave import ROSHandler
+from rospy.impl.paramserver import get_param_server_cache
 
 from mrs_simulator.core.garbage import spare_garbage_collection
 from mrs_simulator.core.program import PARENT
@@ -43,13 +44,9 @@ def start_node(name, parameters=(), foreign=False):
     refuse_unknown(parameters, foreign)
     hasten_rospy()
     rospy.init_node(name, disable_signals=True)
+    _read_log_setting()
     _meet_peers_apart()
     warn_of_unknown(parameters)
-    # As long as it is not set, rospy asks the master for it at each log message, and a node whose
-    # master is out of reach hangs in the first.
-    if not rospy.has_param(NO_TOPICS_IN_LOG):
-        rospy.set_param(NO_TOPICS_IN_LOG, False)
-    rospy.get_param_cached(NO_TOPICS_IN_LOG)
     keep_registered()
     for number in ENDINGS:
         signal.signal(number, _end)
@@ -68,6 +65,18 @@ def hasten_rospy():
     rospy.impl.init.time = types.SimpleNamespace(sleep=lambda wait: time.sleep(min(wait, NAP)))
     ROSHandler._shutdown = _leave_and_tell
     rosgraph.xmlrpc.ThreadingXMLRPCServer.service_actions = _refuse_closed_socket
+
+
+def _read_log_setting():
+    """Have rospy ask the master neither now nor later for the parameter that each log message goes by.
+
+    As long as it is not set, rospy asks at each message, and a node whose master is out of reach hangs in
+    the first.  Where it is set, rospy subscribes to it, and never takes that back: the master would take
+    a node that has ended for alive, and tell whoever has its address then to end once its name comes again.
+    """
+    if not rospy.has_param(NO_TOPICS_IN_LOG):
+        rospy.set_param(NO_TOPICS_IN_LOG, False)  # for nodes of others
+    get_param_server_cache().set(NO_TOPICS_IN_LOG, rospy.get_param(NO_TOPICS_IN_LOG))
 
 
 def _leave_and_tell(handler, reason=""):

@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 
 from mrs_simulator import Parameter, PioneerControl, make_twist
 from mrs_simulator.control.pioneer_control import ControlError, Position
@@ -69,6 +69,7 @@ def test_planar_twists_are_twists_whose_vectors_may_be_read_written_and_copied()
     assert twist != full_twist(0.25, 0.5) and make_twist(0.25, 0.0) != twist
     for other in (copy.deepcopy(make_twist(0.25, -0.5)), pickle.loads(pickle.dumps(twist))):
         assert other == twist and str(other) == str(twist)
+    assert type(make_twist(0.25, -0.5))() == Twist()
     twist.linear.x += 1.0
     assert (twist.linear.x, twist.linear.z, twist.angular.z) == (1.25, 0.0, -0.5)
     with pytest.raises(AttributeError, match="'speed'"):
@@ -93,10 +94,14 @@ def test_commands_are_those_of_twists_whoever_made_and_read_them(read):
 
 
 def test_planar_twists_that_were_written_to_tell_what_was_written():
-    twists = [make_twist(0.1, 0.2), make_twist(0.3, 0.4)]
+    twists = [make_twist(0.1, 0.2), make_twist(0.3, 0.4), make_twist(0.6, 0.7)]
     twists[1].linear.x = 0.5
-    found = commands_of(twists, (1, 2), Team((DEFAULT_KIND,) * 2, None))
-    np.testing.assert_array_equal(found, [[0.1, 0.2], [0.5, 0.4]])
+    twists[2].angular = Vector3(0.0, 0.0, 0.8)
+    found = commands_of(twists, (1, 2, 3), Team((DEFAULT_KIND,) * 3, None))
+    np.testing.assert_array_equal(found, [[0.1, 0.2], [0.5, 0.4], [0.6, 0.8]])
+    twist = make_twist(0.1, 0.2)
+    twist.linear = Vector3(0.5, 0.0, 0.0)
+    assert twist == full_twist(0.5, 0.2)
 
 
 def test_commands_just_beyond_a_limit_are_not_within():

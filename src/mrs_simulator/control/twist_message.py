@@ -71,31 +71,46 @@ except ModuleNotFoundError as error:
         msg=_stand_in("geometry_msgs.msg", Twist=Twist, Vector3=Vector3),
     )
 
-_new = object.__new__
+
+def _whole(twist):
+    """Return ``twist``, a ``PlanarTwist``, as the ``Twist`` that it is from now on."""
+    v, omega = twist._v, twist._omega
+    twist.__class__ = Twist
+    twist.linear, twist.angular = Vector3(v, 0.0, 0.0), Vector3(0.0, 0.0, omega)
+    return twist
+
+
+def _field(name):
+    """Return the property of a field ``name``, at whose first use vectors are made."""
+    return property(
+        lambda twist: getattr(_whole(twist), name),
+        lambda twist, value: setattr(_whole(twist), name, value),
+    )
 
 
 class PlanarTwist(Twist):
-    """A ``Twist`` of ``v`` and ``omega``, whose vectors are made at the first access."""
+    """A ``Twist`` of ``v`` and ``omega`` that keeps these in the places of its vectors, and turns into a
+    plain ``Twist``, which has them, at the first access."""
 
-    __slots__ = ("_v", "_omega")
+    __slots__ = ()
+    _v, _omega = Twist.linear, Twist.angular  # what reads and writes these places
+    linear, angular = _field("linear"), _field("angular")
 
-    def __getattr__(self, name):
-        """Make the vectors at the first access."""
-        if name not in Twist.__slots__:
-            raise AttributeError("Twist has no attribute {!r}".format(name))
-        self.linear, self.angular = Vector3(self._v, 0.0, 0.0), Vector3(0.0, 0.0, self._omega)
-        del self._v, self._omega  # from now on the vectors hold, which may be written to
-        return getattr(self, name)
+    def __init__(self, *args, **kwargs):
+        self.__class__ = Twist
+        self.__init__(*args, **kwargs)
 
     def __eq__(self, other):
-        if not isinstance(other, Twist):
-            return NotImplemented
-        return (self.linear, self.angular) == (other.linear, other.angular)
+        return _whole(self) == other
 
     __hash__ = None
 
+    def __reduce_ex__(self, protocol):
+        return _whole(self).__reduce_ex__(protocol)
 
-PlanarTwist.__slots__ = Twist.__slots__  # what messages are printed, compared and pickled by
+
+PlanarTwist.__slots__ = Twist.__slots__  # what messages are printed and compared by
+_new = object.__new__
 
 
 def make_twist(v, omega):

@@ -15,6 +15,7 @@ from ros_fixtures import PATIENCE, log_of, wait_until
 from mrs_simulator.nodes.control.common_frame import RESTART
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.team.limits import LoweredLimits
 from mrs_simulator.study.results.provenance import ROBOTS, read_provenance
 from mrs_simulator.study.results.reproduce import reproduce
 from mrs_simulator.study.results.stamp import stamp_of
@@ -423,7 +424,8 @@ def test_preflight_of_robots_that_stand_ready(team, tmp_path):
     bounds = "_min_distance:=0.6", "_geofence:=[-2, -2, 5, 2]", STALLS
     # They publish every 0.1 s; a law that breaks below 40 Hz has no margin of 1.5 left, nor has its delay.
     axes = [axis("control.rate", 50.0, 40.0), axis("mismatch.delay", 0.0, 0.21)]
-    stamp = stamp_of(load_scenario(team.scenario))
+    slowed = load_scenario(team.scenario)._replace(limits=LoweredLimits("firmware", 0.2))
+    stamp = stamp_of(slowed)
     (tmp_path / "margins.json").write_text(json.dumps({"axes": axes, "stamp": stamp}))
     (tmp_path / "compare.json").write_text('{"mismatch": {"delay": 0.155}}')
     given = "--margins", str(tmp_path), "--measured", str(tmp_path / "compare.json")

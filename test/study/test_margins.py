@@ -5,10 +5,13 @@ import json
 import pytest
 import yaml
 
+from mrs_simulator.control.guards import limited
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.team.limits import LoweredLimits
 from mrs_simulator.study.draw.margins_figure import NEUTRAL, WORDS, margins_figure
 from mrs_simulator.study.draw.sweep_figures import PASSED
+from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.study.search.margin_checks import (
     MarginsError,
@@ -295,13 +298,30 @@ def test_margins_are_of_the_scenario_and_law_as_they_are_now(tmp_path):
 
     def check(text):
         path.write_text(text)
-        return scenario_check(report, load_scenario(path))
+        scenario = load_scenario(path)
+        return scenario_check(report, scenario, scenario.limits)
 
     assert check(SCENARIO).passed
     changed = check(SCENARIO.replace("gain: 3.0", "gain: 4.0"))
     assert not changed.passed and str(path) in changed.text
     del report["stamp"]
     assert not check(SCENARIO).passed
+
+
+def test_margins_are_of_the_speeds_that_robots_are_held_to():
+    stated = scenario_from_dict({"poses": [[0, 0, 0], [3, 0, 0]]})  # of Pioneers
+
+    def check(measured, v_max):
+        report = {"stamp": stamp_of(stated._replace(limits=measured))}
+        return scenario_check(report, stated, limited(stated.limits, v_max))
+
+    assert check("firmware", 0.8).passed  # which lowers nothing
+    assert check(LoweredLimits("firmware", 0.2), 0.2).passed
+    held = check("firmware", 0.2)
+    assert not held.passed and held.text.startswith("at up to 0.75 m/s and 1.75 rad/s, robots are")
+    assert "held to 0.2 m/s and 1.75 rad/s: measure them again with such limits" in held.text
+    other = check(LoweredLimits("firmware", 0.3), 0.2)
+    assert not other.passed and "of another scenario or law" in other.text
 
 
 def test_files_of_other_programs_are_named(tmp_path):

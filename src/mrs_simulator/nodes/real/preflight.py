@@ -124,7 +124,9 @@ class Preflight:
         # Commands go by the odometry received last, at no higher a rate than that.
         rates = [min(self.scenario.control.rate, 1.0 / max(age, NAP)) for age in ages]
         known = {"control.rate": rates, **self._measured}
-        return [scenario_check(self._margins, self._stated), *margin_checks(self._margins, known)]
+        stated = self._stated
+        own = scenario_check(self._margins, stated, slower(stated).limits)
+        return [own, *margin_checks(self._margins, known)]
 
     def _stopping(self, places):
         team = stopping_team(self.scenario)

@@ -3,10 +3,13 @@
 import json
 import os
 
+import numpy as np
+
 from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.run.preflight import Check
 from mrs_simulator.study.search.margins import Axis, acts
 from mrs_simulator.study.search.margins_command import IDLE, REPORT
+from mrs_simulator.vehicles import Team
 
 SPARE = 1.5  # [-] times what is measured that a margin is wanted to be
 MISMATCH = "mismatch"  # of a comparison, as a scenario has it
@@ -51,14 +54,28 @@ def _read(path):
         raise MarginsError("{}: {}".format(path, error)) from None
 
 
-def scenario_check(report, scenario):
-    """Return a ``Check`` that the margins' ``report`` is of ``scenario`` and its law as they are now."""
+def scenario_check(report, scenario, limits):
+    """Return a ``Check`` that the margins' ``report`` is of ``scenario`` and its law as they are now.
+
+    ``limits``: the scenario's, lowered to the highest speeds that robots are held to now.
+    """
     if "stamp" not in report:
         return Check("margins", False, "do not say of which scenario they are: measure them again")
-    if report["stamp"] == stamp_of(scenario):
+    slower = scenario._replace(limits=limits)
+    before, now = (Team.from_scenario(each) for each in (scenario, slower))
+    if np.array_equal(before.limits.top, now.limits.top):
+        slower = scenario
+    if report["stamp"] == stamp_of(slower):
         return Check("margins", True, "of this scenario and law")
+    if report["stamp"] == stamp_of(scenario):
+        text = "at up to {}, robots are held to {}: measure them again with such limits"
+        return Check("margins", False, text.format(*map(_speeds, (before, now))))
     text = "of another scenario or law, or from before a change of {}: measure them again"
     return Check("margins", False, text.format(report.get("scenario", "it")))
+
+
+def _speeds(team):
+    return "{:.3g} m/s and {:.3g} rad/s".format(*team.speeds.max(axis=0))
 
 
 def margin_checks(report, measured):

@@ -294,6 +294,20 @@ def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
     assert len(read_run_csv(str(table)).time) > 10
 
 
+def test_the_recorder_names_the_emergency_stop_that_ended_a_run(ros, tmp_path):
+    ros.node("stage", *TWO, "_wait_for_recorders:=1", "_speed:=2")
+    ros.node("pioneer_control", *TWO)
+    record = ros.node("record", *TWO, "--duration", 4, "--out", tmp_path)
+    probe = ros.probe()
+    probe.wait("max(map(abs, state('vx'))) > 0.1")
+    probe.ask("press(True)")
+    verdict = ros.judged(record, tmp_path)
+    facts = json.loads((tmp_path / "run.json").read_text())
+    assert verdict["ended"] == facts["ended"] and not verdict["passed"]
+    assert 0.0 < float(re.fullmatch("at ([0-9.]+) s emergency stop", facts["ended"]).group(1)) < 4.0
+    assert any(text.endswith("in all: emergency stop") for text in verdict["warnings"])
+
+
 def test_the_recorder_takes_what_the_stage_simulates(ros, tmp_path):
     paper = load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
     paper = paper.changed(requirements={"slow": "always(speed <= 50 m/s)"})

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mrs_simulator.record.controller_log import Interruptions, failure
+from mrs_simulator.record.controller_log import EMERGENCY, Interruptions, failure
 
 
 def told(*statuses):
@@ -31,12 +31,32 @@ def told(*statuses):
             ],
             ["2 times, 3.0 s in all: a; c"],
         ),
+        (
+            [(1.0, True, ""), (8.0, False, "asked to"), (9.0, False, EMERGENCY)],
+            ["3.0 s in all: emer"],
+        ),
     ],
 )
 def test_what_is_said_of_a_run_from_1_to_11_s(statuses, said):
     warnings = told(*statuses).warnings(1.0, 11.0)
     assert len(warnings) == len(said)
     assert all(part in warning for part, warning in zip(said, warnings)), warnings
+
+
+@pytest.mark.parametrize(
+    "later, said",
+    [
+        ([], "at 2.000 s emergency stop"),
+        ([(8.0, False, "the emergency stop was released")], "at 2.000 s emergency stop"),
+        ([(8.0, True, "")], ""),
+        ([(8.0, True, ""), (9.0, False, "asked to"), (9.5, False, EMERGENCY)], "at 8.500 s emer"),
+        ([(8.0, True, ""), (11.0, False, EMERGENCY)], ""),
+    ],
+)
+def test_an_emergency_stop_ends_a_run_from_1_to_11_s_unless_it_goes_on(later, said):
+    controller = told((1.0, True, ""), (3.0, False, EMERGENCY), *later)
+    ended = controller.emergency(1.0, 11.0)
+    assert ended.startswith(said) and bool(ended) is bool(said)
 
 
 def test_a_failed_law_is_known_until_it_runs_again():

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import subprocess
 import sys
 import tempfile
@@ -536,6 +537,8 @@ def test_the_emergency_stop_holds_until_it_is_released(path):
     assert results[1][1] is True
     first, second = script.samples()
     assert not np.any(first[-1].command) and np.any(second[0].command)
+    ended = [read(Path(directory) / "run.json")["ended"] for directory in script.all("run")]
+    assert re.fullmatch(r"at [0-9.]+ s emergency stop", ended[0]) and ended[1] == "complete"
 
 
 def test_parameters_and_graph_are_set_in_the_run_and_published(path):

@@ -14,7 +14,7 @@ from snapshots import snapshot_of
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.nodes.stage.world_topics import stamp_at
 from mrs_simulator.protocols.making import make_control
-from mrs_simulator.record.controller_log import Interruptions, failure
+from mrs_simulator.record.controller_log import EMERGENCY, Interruptions, failure
 from mrs_simulator.record.recording import Collision, read_run_csv
 from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.ros.message_forms.messages import team_state
@@ -298,21 +298,22 @@ def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
     assert (run.twist == 0.25).all() if real else run.twist is None
 
 
-def test_a_saved_run_tells_what_its_controller_said(tmp_path):
+@pytest.mark.parametrize("last", [FAILED, EMERGENCY])
+def test_a_saved_run_tells_what_its_controller_said(tmp_path, last):
     history, connection = History(), Connection()
     pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
     for second in range(9):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (second > 0))
         history.append(snapshot_of(second, (1, 2), pose, pose, command, fresh, frozenset()))
-    for stamp, text in ((0.0, "not started"), (1.0, ""), (3.0, "late"), (4.5, ""), (7.5, FAILED)):
+    for stamp, text in ((0.0, "not started"), (1.0, ""), (3.0, "late"), (4.5, ""), (7.5, last)):
         connection.controller.note(stamp, not text, text)
     study("paper_four", connection).files.save(history, str(tmp_path))
     ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
     meta = read_run_csv(str(tmp_path / "run.csv")).meta
-    assert meta["ended"] == "at 6.500 s " + FAILED
+    assert meta["ended"] == "at 6.500 s " + last
     (warning,) = meta["warnings"]
-    assert "2 times, 2.0 s in all: late; " + FAILED in warning
+    assert "2 times, 2.0 s in all: late; " + last in warning
 
 
 def estimated_run(tmp_path, reported, real=()):

@@ -9,6 +9,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from mrs_simulator.msg import ControlStatus, StageStatus, TeamCommand
+from mrs_simulator.record.controller_log import EMERGENCY
 from mrs_simulator.record.recording import RunError
 from mrs_simulator.ros.message_forms.messages import read_answered
 from mrs_simulator.scenario.scenario import scenario_from_dict
@@ -85,6 +86,21 @@ def test_what_a_joystick_did_before_the_start_is_no_part_of_the_run(tmp_path):
     # At 101.5 s: the controller was started 0.45 s after the robots were first commanded.
     np.testing.assert_allclose(run.pose[0, 0], [10.25, 0.0, 0.0], atol=0.0501)
     assert run.time[-1] == pytest.approx(1.5, abs=0.11)  # a stop ends nothing
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_a_run_that_an_emergency_stop_ended_is_not_complete(tmp_path, goes_on):
+    path = write(tmp_path / "run.bag")
+    told = [(99.0, True, ""), (101.6, False, EMERGENCY), (102.5, goes_on, "" if goes_on else "no")]
+    with rosbag.Bag(path, "a") as bag:
+        for moment, running, trouble in told:
+            status = ControlStatus(running=running, trouble=trouble)
+            status.header.stamp = rospy.Time.from_sec(moment)
+            bag.write("/pioneer_control/status", status, status.header.stamp)
+    verdict = judge(read_bag(path, scenario_from_dict(SCENARIO)))
+    assert verdict["ended"] == ("complete" if goes_on else "at 0.500 s emergency stop")
+    checks = {check["name"]: check["passed"] for check in verdict["checks"]}
+    assert checks["ended"] is goes_on
 
 
 def test_odometry_that_is_late_at_times_is_all_there(tmp_path):

@@ -8,6 +8,7 @@ from mrs_simulator.core.fields import counted
 GRACE = 0.5  # [s] after its first command for which a controller may still report the state before
 MOST_NAMED = 3  # [-] reasons in one line
 LAW_FAILED = "the law failed"  # how a controller's report of that begins
+EMERGENCY = "emergency stop"  # and what it reports while that is pressed
 DEADLOCK = "deadlock: the safety filter holds still "
 HELD = "robot {} since {:.1f} s"
 
@@ -28,9 +29,7 @@ class Interruptions:
         report = stamp, trouble or ("" if running else "stopped")
         if self._reported and stamp < self._reported[-1][0]:
             self._reported = []
-        kinds = [
-            (bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._reported[-1:], report]
-        ]
+        kinds = [_kind(text) for _, text in [*self._reported[-1:], report]]
         if len(kinds) == 1 or kinds[0] != kinds[1]:
             self._reported.append(report)
 
@@ -44,6 +43,21 @@ class Interruptions:
         failed = self.failed()
         after = max(0.0, failed[0] - begin) if failed else 0.0
         return "at {:.3f} s {}".format(after, failed[1]) if failed else ""
+
+    def emergency(self, begin, end):
+        """Return when an emergency stop ended a run from ``begin`` to ``end`` [s], or "".
+
+        From then on to its end its robots stood: that the stop was released let none go on.
+        """
+        pressed = None
+        for stamp, trouble in self._reported:
+            if stamp >= end:
+                break
+            if not trouble:
+                pressed = None
+            elif trouble == EMERGENCY and pressed is None:
+                pressed = max(0.0, stamp - begin)
+        return "" if pressed is None else "at {:.3f} s {}".format(pressed, EMERGENCY)
 
     def warnings(self, begin, end):
         """Return warnings about a run from ``begin`` to ``end`` [s], a list of texts."""
@@ -63,14 +77,20 @@ class Interruptions:
         ]
 
     def _stretches(self, end):
-        """Yield ``(since, until, first reason)`` of each stretch of trouble up to ``end``."""
+        """Yield ``(since, until, reason)`` of each trouble up to ``end``, an emergency, or the first."""
         since, reason = None, ""
         for stamp, trouble in self._reported + [(end, "")]:
             if trouble and since is None:
                 since, reason = stamp, trouble
+            elif trouble == EMERGENCY:
+                reason = trouble
             elif not trouble and since is not None:
                 yield since, stamp, reason
                 since = None
+
+
+def _kind(trouble):
+    return bool(trouble), trouble.startswith(LAW_FAILED), trouble == EMERGENCY
 
 
 def deadlock_text(deadlock):

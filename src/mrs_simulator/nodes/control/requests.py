@@ -14,14 +14,13 @@ from mrs_simulator.control.user_code import TimedOut
 from mrs_simulator.core.doc_links import explained_by, with_page
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.nodes.control.common_frame import START
-from mrs_simulator.record.controller_log import LAW_FAILED
+from mrs_simulator.record.controller_log import EMERGENCY, LAW_FAILED
 from mrs_simulator.ros.node.node_parameters import LEAST_DISTANCE, NODES
 from mrs_simulator.ros.node.parameters import is_given, read
 from mrs_simulator.ros.node.senders import doubled_text
 from mrs_simulator.srv import SetTopology
 
 TOPOLOGY_PAGE = "docs/scenarios.md#graphs"
-EMERGENCY = "emergency stop"
 GOES_ON = "running already"
 MOTORS_LIMIT = 1.0  # [s] of wall time that the answer to a start waits for the robots' motors
 MOTORS_NAP = 0.02  # [s] of wall time

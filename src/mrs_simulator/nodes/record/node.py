@@ -46,6 +46,7 @@ from mrs_simulator.verdict.verdict import exit_code, verdict_text
 
 NAP = 0.2  # [s] of wall time
 ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
+COMPLETE, INTERRUPTED = "complete", "interrupted"  # how a run ended
 
 LOCAL = dict(
     RUN_ARGUMENTS,
@@ -77,7 +78,7 @@ class RunRecorder:
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was commanded to
         self._wall_start = None
-        self.ended = "interrupted"
+        self.ended = INTERRUPTED
         self.elapsed = 0.0
         self.controller, self._stands = Interruptions(), False
         self._deadlock = ()  # by the controller's newest status
@@ -147,7 +148,7 @@ class RunRecorder:
             received_at = time.monotonic()
             self._take(sample)
             if self.elapsed >= self.scenario.duration - ROUNDING:
-                self.ended = "complete"
+                self.ended = COMPLETE
                 return
 
     def _failed(self):
@@ -238,7 +239,9 @@ class RunRecorder:
         missing = self.sensors.close() if self.sensors else []
         if self._start is None:
             return None
-        wall = time.monotonic() - self._wall_start
+        wall, end = time.monotonic() - self._wall_start, self._start + self.elapsed
+        if self.ended in (COMPLETE, INTERRUPTED):
+            self.ended = self.controller.emergency(self._start, end) or self.ended
         collisions = [c._replace(time=self._since_start(c.time)) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = [*self.control.team.notes, *self._take_what_ran(meta)]
@@ -247,7 +250,7 @@ class RunRecorder:
         if self.control is not None:
             meta["warnings"] += self.control.foreseen
             meta["warnings"] += call(self.control.warnings, self.scenario.starts)
-        meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
+        meta["warnings"] += self.controller.warnings(self._start, end)
         meta["warnings"] += self._file.warnings() + missing + self.source.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta(), **self._scene())

@@ -276,6 +276,7 @@ class Engine:
         if on and self._experiment is not None:
             self._on_stop()
             self._trouble = EMERGENCY
+            self._record.note_stop(EMERGENCY)
         elif self._emergency and not on and self._trouble == EMERGENCY:
             self._trouble = RELEASED + ", press Start controller"
         self._emergency = bool(on)

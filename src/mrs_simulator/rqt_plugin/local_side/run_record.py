@@ -67,7 +67,10 @@ class RunRecord:
         scenario, experiment = self._experiment.scenario, self._experiment
         if self._ended == COMPLETE and self._samples != samples_of(scenario):
             scenario = scenario._replace(duration=max(self._stamp, 1e-3))
-        facts = facts_of(experiment, self._recorder, self._sensors, self._ended)
+        ended = self._ended
+        if ended == COMPLETE:
+            ended = self._stops.emergency(0.0, self._stamp) or ended
+        facts = facts_of(experiment, self._recorder, self._sensors, ended)
         facts["warnings"] = facts["warnings"] + self._stops.warnings(0.0, self._stamp)
         changes = self._settings.during(0.0, self._stamp)[1]
         facts.update({"changes": to_plain(changes)} if changes else {})

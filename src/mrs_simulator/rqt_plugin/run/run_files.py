@@ -243,7 +243,9 @@ class RunFiles:
         controller, origin = self._connection.controller, self._origin(history)
         meta = {"warnings": controller.warnings(origin + begin, origin + end)}
         meta.update(history.facts_of_real())
-        ended = controller.ended(origin + begin)
+        ended = controller.ended(origin + begin) or controller.emergency(
+            origin + begin, origin + end
+        )
         return {**meta, "ended": ended} if ended else meta
 
 

@@ -1,11 +1,11 @@
 """Status texts and enabled actions, without Qt and ROS."""
 
 from mrs_simulator.core.fields import counted
+from mrs_simulator.record.controller_log import EMERGENCY
 from mrs_simulator.state.columns import REAL
 from mrs_simulator.study.run.ahead import FIDELITIES
 
-EMERGENCY = "emergency stop"  # the controller's text for it
-BY_REQUEST = "stopped by request"  # and that for a stop that a user asked for
+BY_REQUEST = "stopped by request"  # the controller's text for a stop that a user asked for
 RELEASED = "the emergency stop was released"
 NO_MASTER = "no ROS master"
 NO_STAGE = "no simulation runs"

@@ -13,6 +13,7 @@ from mrs_simulator.core.kinematics import (
     yaw,
 )
 from mrs_simulator.core.spatial import Spatial, upright
+from mrs_simulator.record.controller_log import Interruptions
 from mrs_simulator.record.missed_periods import MissedPeriods
 from mrs_simulator.record.recording import Run, RunError
 from mrs_simulator.record.run_changes import ControllerRecord, changed_by
@@ -84,7 +85,7 @@ def read_bag(path, scenario=None):
             unknown = reader is _from_robots and COLLISIONS not in topics
             incidents = [read_incident(each) for _, each, _ in bag.read_messages([INCIDENTS])]
             degraded = _degraded(bag, topics, taken.time)
-            controller = _controller_in(bag)
+            controller, stops = _controller_in(bag)
     except RunError:
         raise
     except ScenarioError as error:
@@ -96,7 +97,8 @@ def read_bag(path, scenario=None):
     slack = JITTER if reader is _from_robots else 0.0
     keep = _recorded(taken.time, scenario, slack)
     kept, start = taken.at(keep), taken.time[0]
-    meta = dict(_meta(kept.command, unknown, degraded), **facts)
+    ended = stops.emergency(start, kept.time[-1])
+    meta = dict(_meta(kept.command, unknown, degraded, ended), **facts)
     if scenario is not None:
         scenario = _obeyed_in(path, scenario, controller, kept.time, meta)
     if scenario is not None and reader is _from_states:
@@ -115,12 +117,13 @@ def _since(start, events):
     return [each._replace(time=each.time - start) for each in events if each.time >= start]
 
 
-def _meta(command, collisions_unknown, degraded):
+def _meta(command, collisions_unknown, degraded, ended):
     """Return what else is known of the run; zeros are what a controller says that never began."""
     facts = {
         "collisions_unknown": collisions_unknown,
         "uncommanded": not command.any(),
         "degraded": degraded,
+        "ended": ended,
     }
     return {name: fact for name, fact in facts.items() if fact}
 
@@ -138,11 +141,13 @@ def _degraded(bag, topics, time):
 
 
 def _controller_in(bag):
-    """Return the ``ControllerRecord`` of the bag."""
-    controller = ControllerRecord()
+    """Return the ``ControllerRecord`` of the bag, and its ``Interruptions``."""
+    controller, stops = ControllerRecord(), Interruptions()
     for _, message, _ in bag.read_messages([OBEYED]):
         controller.note(*read_control_scenario(message))
-    return controller
+    for _, message, _ in bag.read_messages([CONTROLLER]):
+        stops.note(message.header.stamp.to_sec(), message.running, message.trouble)
+    return controller, stops
 
 
 def _obeyed_in(path, scenario, controller, time, meta):

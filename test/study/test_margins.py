@@ -344,11 +344,31 @@ def test_speed_may_be_zero_and_not_negative():
         scenario_from_dict(content)
 
 
-def test_an_axis_that_is_refused_is_said_to_be(tmp_path, capsys):
-    arguments = "--out", tmp_path / "out", "--along", "mismatch.delay=-3", "--formats", ""
+def test_an_axis_of_which_no_value_is_possible_is_refused_before_any_run(tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = "--out", out, "--along", "mismatch.delay=-3", "--formats", ""
+    assert run(scenario_file(tmp_path), *arguments) == 2
+    said = capsys.readouterr().err
+    assert (
+        "margins: --along mismatch.delay=-3: mismatch.delay: -3.0, wanted a number from 0" in said
+    )
+    assert not out.exists()
+
+
+def test_values_that_are_refused_are_said_to_be(tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = "--out", out, "--along", "mismatch.delay=4", "--formats", ""
     assert run(scenario_file(tmp_path), *arguments) == 0
     said = capsys.readouterr().out
-    assert "mismatch.delay [s] 0 to -3  refused" in said and "wanted a number from 0 to 2" in said
+    assert "mismatch.delay: refused at some values: " in said and "from 0 to 2 [s]" in said
+    (axis,) = json.loads((out / "margins.json").read_text())["axes"]
+    assert axis["tried"] == 4 and axis["breaks"]["agree"]
+
+
+def test_an_axis_that_is_refused_is_said_to_be():
+    report = report_with(["kept"])
+    report["axes"][1].update(tried=0, refused="no")
+    assert "links.loss 0 to 1          refused" in lines_of(report)
 
 
 def test_a_law_that_gives_nan_is_reported_and_margins_are_not(tmp_path, capsys):

@@ -5,13 +5,16 @@ import math
 from typing import NamedTuple
 
 from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_of_file
 from mrs_simulator.study.run.sweep import value_under
+from mrs_simulator.study.search.space import content_with
 from mrs_simulator.study.search.stated_noise import NOISE, states_noise
 from mrs_simulator.study.search.trials import LAW
 from mrs_simulator.study.search.whole_steps import grain_of, rounded
 from mrs_simulator.verdict.requirements.results import line_of
 
 POINTS = 8  # of an axis that are tried before what breaks is bisected
+SHARES = [(k + 1.0) / POINTS for k in range(POINTS)]  # [-] of the way, of these
 MOST_BISECTIONS = 8  # each halves what is left between two points
 GEOMETRIC = 4.0  # [-] ratio of an axis' ends from which on its points are spaced by ratios
 MOST_CORNERS = 64
@@ -98,6 +101,25 @@ def axes_of(scenario, content, wanted=None):
     return [axis for axis in axes if axis.nominal != axis.end]
 
 
+def refuse_impossible(axes, content, path):
+    """Raise ``ScenarioError`` for one of ``axes``, asked for, of which the scenario takes no value tried.
+
+    ``content``: what the scenario's file at ``path`` says.
+    """
+    for axis in axes:
+        where = "--along {}={:g}".format(axis.key, axis.end)
+        for share in SHARES:
+            try:
+                scenario_of_file(
+                    content_with(content, {axis.key: axis.at(share)}, path), path, where
+                )
+                break
+            except ScenarioError as error:
+                refusal = error
+        else:
+            raise refusal
+
+
 def _axis(content, key, end):
     usual = next((axis for axis in USUAL if axis.key == key), Axis(key, math.nan, end))
     nominal = _nominal(content, key, usual.nominal)
@@ -169,12 +191,11 @@ class Margins:
 
     def _scanned(self, nominal):
         """Return the last four arguments of :meth:`_row` for each axis."""
-        shares = [(k + 1.0) / POINTS for k in range(POINTS)]
-        points = [(axis, share) for axis in self._axes for share in shares]
+        points = [(axis, share) for axis in self._axes for share in SHARES]
         trials = self._search.tried([{axis.key: axis.at(share)} for axis, share in points])
         found = []
         for row in range(len(self._axes)):
-            mine = list(zip(shares, trials[row * POINTS : (row + 1) * POINTS]))
+            mine = list(zip(SHARES, trials[row * POINTS : (row + 1) * POINTS]))
             refused = next((trial.error for _, trial in mine if trial.error), "")
             known = [(share, trial.spares) for share, trial in mine if not trial.error]
             ended = (t.worst["note"] for _, t in mine if t.worst and t.worst["name"] == LAW)

@@ -16,7 +16,7 @@ from mrs_simulator.study.results.stamp import stamp_of
 from mrs_simulator.study.search.break_command import add_runs, exit_with, tell
 from mrs_simulator.study.search.breaking import Search
 from mrs_simulator.study.search.kept_runs import KeptRuns, search_of
-from mrs_simulator.study.search.margins import Margins, acts, axes_of
+from mrs_simulator.study.search.margins import Margins, acts, axes_of, refuse_impossible
 from mrs_simulator.study.search.space import check_keys
 
 REPORT, FIGURE = "margins.json", "margins"
@@ -50,6 +50,8 @@ def margins(arguments):
     wanted = None if arguments.along is None else [_along(text) for text in arguments.along]
     check_keys(dict(wanted or ()), content, path, "--along")
     axes = axes_of(scenario, content, wanted)
+    if wanted:
+        refuse_impossible(axes, content, path)
     kept = KeptRuns(arguments.out, search_of(content, path), tell)
     search = Search(content, path, None, arguments.jobs, arguments.scheduler, tell, kept=kept)
     found = Margins(search, axes, scenario.n).found()

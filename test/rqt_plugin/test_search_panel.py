@@ -217,6 +217,28 @@ def test_what_was_typed_stays_when_another_scenario_is_opened(study):
     assert panel.vary.toPlainText() == "control.rate: [5, 10]"
 
 
+def test_an_emptied_list_is_filled_again_where_something_has_to_vary(study):
+    panel = study.search
+    open_tab(study)
+    panel.vary.setPlainText(" \n")
+    press(panel.buttons[ASSURE])
+    assert ended(study) and panel.vary.toPlainText() == suggested(scenario(SEARCHED))
+    assert panel.notes["vary"].message.startswith("nothing was to vary: above is what the scenario")
+    panel.vary.clear()
+    study.editing.take(study.scenario._replace(poses=study.scenario.poses + 1.0))
+    follow(study)
+    assert panel.vary.toPlainText() == ""  # an edit is no other scenario
+    study.editing.take(scenario())
+    follow(study)
+    assert panel.vary.toPlainText() == suggested(scenario())
+    panel.vary.clear()
+    panel.runs.setValue(4)
+    press(panel.buttons[BREAK])  # varies what it does by itself
+    assert not panel.notes["vary"].message and not ended(study)
+    until(study, lambda: ended(study))
+    assert panel.vary.toPlainText() == "" and "4 runs" in panel.text.toPlainText()
+
+
 def test_cancel_ends_the_search(study):
     panel = study.search
     open_tab(study)

@@ -29,7 +29,8 @@ FORM = 19  # [lines of text] that the form is wide at first
 # [characters, lines of text] widths of a table, and of a figure beside it
 TABLE, LEAST_FIGURE = 46, 20
 FEWEST, MOST, USUAL = 2, 100000, 500  # runs of a search
-EMPTY = "starts, one edge, and the law's parameters"  # which the command break varies by itself
+# What the command break varies by itself.
+EMPTY = "Find counterexample: starts, one edge, and the law's parameters"
 BEFORE = (
     "Find counterexample searches the run that breaks one of the scenario's requirements, or a claim "
     "of its theorem where it has none; Assure says how sure you may be that runs keep them; Margins "
@@ -117,9 +118,13 @@ class SearchPanel(QWidget):
 
     # Showing -------------------------------------------------------------------------------------
 
-    def suggest(self, text):
-        """Show what may vary of another scenario; what the user has typed stays."""
-        if self.vary.toPlainText() == self._suggested:
+    def suggest(self, text, anew):
+        """Show what may vary of a scenario; what the user has typed stays.
+
+        ``anew``: of another file, or asked for: an emptied list is filled, too.
+        """
+        said = self.vary.toPlainText()
+        if said == self._suggested or (anew and not said.strip()):
             self.vary.setPlainText(text)
             self._suggested = text
 

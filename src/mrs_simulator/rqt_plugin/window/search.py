@@ -19,6 +19,7 @@ from mrs_simulator.study.search.break_command import progress_in
 
 GOOD = {BREAK: (0, 1), ASSURE: (0, 1), MARGINS: (0,)}  # exit codes
 WORDS = {BREAK: "Searching", ASSURE: "Drawing", MARGINS: "Measuring margins"}
+NOTHING = "nothing was to vary: above is what the scenario offers. Edit it, or press Assure again"
 SHRINKING = "runs; it is shrunk"  # printed once a counterexample was found
 
 
@@ -34,6 +35,7 @@ class SearchControl(CommandControl):
         super().__init__(panels, study, panels.search, "search")
         self._opened, self._replay, self._files, self._shelf = opened, replay, files, shelf
         self._command, self._most, self._nearest = "", None, ""
+        self._source = None  # the file and its key ``search`` of which there was an offer
         self.directory, self._given, self.result = "", "", None
         self._goes_to = None  # a run, and the moment [s] to be shown of it
         panel = panels.search
@@ -47,11 +49,14 @@ class SearchControl(CommandControl):
         panel, errors, words = self._panel, {}, []
         panel.runs.interpretText()
         scenario, self._most = without_search(self._study.scenario), None
-        is_default = command == BREAK and not panel.vary.toPlainText().strip()
-        if command != MARGINS and not is_default:
+        vary = panel.vary.toPlainText()
+        if command == ASSURE and not vary.strip():
+            panel.suggest(suggested(self._study.scenario), anew=True)
+            errors["vary"] = NOTHING
+        elif command != MARGINS and vary.strip():
             try:
                 names = getattr(self._study.edited.derived, "values", ())
-                scenario = with_search(scenario, panel.vary.toPlainText(), names)
+                scenario = with_search(scenario, vary, names)
             except ValueError as error:
                 errors["vary"] = reason(error)
         if command == BREAK:
@@ -105,7 +110,9 @@ class SearchControl(CommandControl):
             self._goes_to = None
 
     def _offer(self):
-        self._panel.suggest(suggested(self._offered))
+        source = self._offered.path, self._offered.search
+        self._panel.suggest(suggested(self._offered), anew=source != self._source)
+        self._source = source
 
     def _show_progress(self):
         printed = self._process.output()

@@ -9,6 +9,9 @@ import pytest
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.protocols import shipped
 from mrs_simulator.protocols.formation import equations as formation
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import played
+from mrs_simulator.verdict.judging import judged
 
 K, C = 0.02, 2.0
 PRINTED = np.array([[10.0, -5.0], [5.0, -2.0], [2.0, 8.0], [-5.0, 12.3]])
@@ -38,6 +41,28 @@ def test_printed_robots_end_and_settle_as_typed_out(closure, alpha_1, final_y, s
         for share in (0.05, 0.02, 0.01)
     ]
     assert tuple(found) == steps
+
+
+def test_a_verdict_predicts_once_when_robots_settle(monkeypatch):
+    predict, asked = formation.predicted_settling, []
+    monkeypatch.setattr(
+        formation, "predicted_settling", lambda *of: asked.append(of) or predict(*of)
+    )
+    content = {"poses": [[6, 1, 0], [3, 0, 0], [0, -1, 0]], "duration": 1}
+    run, control = played(scenario_from_dict(dict(content, control={"protocol": "formation"})))
+    judged(run, control)
+    assert len(asked) == 1
+    start = asked[0][0]
+
+    def claimed(start):
+        (claim,) = [each for each in control.claims(start) if each.name == "settling time [s]"]
+        return claim.predicted
+
+    first, other = claimed(start), start * [1.0, 30.0]
+    assert len(asked) == 1 and claimed(other) != first and len(asked) == 2
+    slower = claimed(other)
+    control.set_parameters(dict(control.parameters, k=2.0 * control.k))
+    assert claimed(other) < slower and len(asked) == 3
 
 
 def test_chain_follows_the_binomial_law():

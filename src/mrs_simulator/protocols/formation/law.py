@@ -74,6 +74,7 @@ class Formation(AveragingLaw, PioneerControl):
         self._closure = formation.closure_topology(self.closure, n, self._given_topology)
         self._offsets = formation.line_offsets(n, self.c, self.dimension)
         self.topology = self._closure
+        self._settled = None, None  # a share and a start, and in how many commands it settles
 
     def checked_parameters(self, given):
         """Return all values; a closure that needs a topology is refused without one."""
@@ -185,8 +186,7 @@ class Formation(AveragingLaw, PioneerControl):
             claims.insert(
                 0, Claim("final gap, the worst [m]", self.c, tolerance.gap + gap, self._worst_gap)
             )
-        share = self.gain * self.period
-        steps = formation.predicted_settling(start, self._offsets, self._closure, share, SETTLED)
+        steps = self._settling_steps(start)
         if steps is not None:
             allowed = (tolerance.settling * steps + 1.0) * self.period
             # One factor for the whole team re-times the motion.
@@ -212,6 +212,18 @@ class Formation(AveragingLaw, PioneerControl):
             )
         )
         return [self._sampling(), *claims]
+
+    def _settling_steps(self, start):
+        """Return in how many commands theory settles from ``start``, or None; a verdict asks thrice."""
+        share = self.gain * self.period
+        asked = share, np.asarray(start).tobytes()
+        known, steps = self._settled
+        if known != asked:  # a large team's takes longer than all else of its claims
+            steps = formation.predicted_settling(
+                start, self._offsets, self._closure, share, SETTLED
+            )
+            self._settled = asked, steps
+        return steps
 
     def _sampling(self):
         """Return the sampling rule: held commands contract where ``(k/T) Tc`` is below ``2/lambda_max``.

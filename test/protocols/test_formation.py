@@ -58,7 +58,7 @@ def test_a_verdict_predicts_once_when_robots_settle(monkeypatch):
         (claim,) = [each for each in control.claims(start) if each.name == "settling time [s]"]
         return claim.predicted
 
-    first, other = claimed(start), start * [1.0, 30.0]
+    first, other = claimed(start), start + [[0.0, 0.0], [0.0, 5.0], [0.0, 0.0]]
     assert len(asked) == 1 and claimed(other) != first and len(asked) == 2
     slower = claimed(other)
     control.set_parameters(dict(control.parameters, k=2.0 * control.k))

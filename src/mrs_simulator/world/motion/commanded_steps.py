@@ -216,7 +216,12 @@ class CommandedSteps:
         self._command, self._wanted = np.empty((2, n)), np.empty((2, n))
         top = np.ascontiguousarray(world.team.limits.of_all(n).top.T)
         arms = np.empty(0) if l is None else np.full(n, float(l))
-        self._given = arms, top, SCOPES.index(saturation)
+        # ``state`` and ``wanted`` as ``steps_between`` has them
+        self._state = (
+            self._counts, self._numbers, self._poses, self._inners, self._turns, self._looked,
+            self._command,
+        )  # fmt: skip
+        self._given = self._wanted, arms, top, SCOPES.index(saturation), np.empty((2, n))
         self._noted = np.empty((2, 2, n), np.int64), np.empty((3, n), np.int64), np.empty((2, n))
         self._commanded = None  # the step of the last command
         self.is_on = False  # whether the world waits for :meth:`end`
@@ -268,18 +273,11 @@ class CommandedSteps:
             self._wanted[:] = wanted.T
         tried = -1
         while True:
-            self._points = np.empty(self._wanted.shape)  # a law may keep it
-            velocity, now = (self._wanted, *self._given, self._points), self.now
-            state = (
-                self._counts,
-                self._numbers,
-                self._poses,
-                self._inners,
-                self._turns,
-                self._looked,
-            )
+            if len(self._given[1]):  # points are new each time: a law may keep them
+                self._given = (*self._given[:-1], np.empty_like(self._wanted))
+            now = self.now
             self.now, why = self._step(
-                (now, end, *self._rates, first), (*state, self._command), velocity, *self._moving,
+                (now, end, *self._rates, first), self._state, self._given, *self._moving,
                 self._pairs, self._noted, self._kept,
             )  # fmt: skip
             if first == COMMAND and why != ODD:
@@ -310,7 +308,7 @@ class CommandedSteps:
     @property
     def points(self):
         """Return the points (n, 2) [m] of the robots, the caller's own, where a command is due."""
-        return self._points.T
+        return self._given[-1].T
 
     def end(self):
         """Let the world be where robots have come to; return how many samples there are."""

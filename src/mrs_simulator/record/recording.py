@@ -334,33 +334,33 @@ class Recorder:
 
     def _write_waiting(self):
         """Keep the waiting samples, and write them to the file as text."""
-        stamps, pointless = self._stamps, self._pointless
-        rows, begin = self._waiting[: len(stamps)], self._samples - len(stamps)
-        if all(pointless):
-            self._add_points(rows)
-        elif any(pointless):
-            found = rows[pointless]
-            self._add_points(found)
-            rows[pointless] = found
+        stamps, begin = self._stamps, self._samples - len(self._stamps)
+        given = begin, stamps, self._pointless, self._waiting[: len(stamps)]
         if self._beside is None and self._is_together and self._pays_beside():
             self._beside = Beside()
         if self._beside is None:
-            self._write(begin, stamps, rows)
+            self._write(*given)
         else:
-            self._beside.ask(functools.partial(self._write, begin, stamps, rows))
+            self._beside.ask(functools.partial(self._write, *given))
             self._waiting = np.empty_like(self._waiting)
         self._stamps, self._pointless = [], []  # where asking is interrupted, they wait on
         self._tell()
 
-    def _add_points(self, rows):
-        """Put the hand points into ``rows`` (k, n, width)."""
-        rows[:, :, self._hand] = hand_points(rows[:, :, self._places["pose"]], self._arms)
+    def _add_points(self, rows, pointless):
+        """Put the hand points into those of ``rows`` (k, n, width) that are ``pointless``."""
+        found = rows if all(pointless) else rows[pointless]
+        found[:, :, self._hand] = hand_points(found[:, :, self._places["pose"]], self._arms)
+        if found is not rows:
+            rows[pointless] = found
 
-    def _write(self, begin, stamps, rows):
-        """Keep and write the samples from ``begin`` on, ``rows`` (k, n, width), unless that has begun."""
+    def _write(self, begin, stamps, pointless, rows):
+        """Keep and write the samples from ``begin`` on, ``rows`` (k, n, width), unless that has begun;
+        ``pointless`` ones get hand points."""
         if begin < self._begun:
             return
         self._begun = begin + len(rows)
+        if any(pointless):
+            self._add_points(rows, pointless)
         room = slice(begin, min(begin + len(rows), len(self._kept)))
         if begin < room.stop:
             kept = room.stop - begin

@@ -74,7 +74,7 @@ except ModuleNotFoundError as error:
 
 def _whole(twist):
     """Return ``twist``, a ``PlanarTwist``, as the ``Twist`` that it is from now on."""
-    v, omega = twist._v, twist._omega
+    v, omega = getattr(twist, "_v", 0.0), getattr(twist, "_omega", 0.0)
     twist.__class__ = Twist
     twist.linear, twist.angular = Vector3(v, 0.0, 0.0), Vector3(0.0, 0.0, omega)
     return twist
@@ -96,9 +96,7 @@ class PlanarTwist(Twist):
     _v, _omega = Twist.linear, Twist.angular  # what reads and writes these places
     linear, angular = _field("linear"), _field("angular")
 
-    def __init__(self, *args, **kwargs):
-        self.__class__ = Twist
-        self.__init__(*args, **kwargs)
+    __init__ = object.__init__  # so that making one runs no function of Python's
 
     def __eq__(self, other):
         return _whole(self) == other
@@ -110,12 +108,11 @@ class PlanarTwist(Twist):
 
 
 PlanarTwist.__slots__ = Twist.__slots__  # what messages are printed and compared by
-_new = object.__new__
 
 
 def make_twist(v, omega):
     """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""
-    twist = _new(PlanarTwist)
+    twist = PlanarTwist()
     twist._v, twist._omega = v, omega
     return twist
 

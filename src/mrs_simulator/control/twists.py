@@ -1,5 +1,6 @@
 """Commands of a team and the ``Twist`` messages of the hook: conversion, and what is refused."""
 
+import functools
 import importlib.util
 import itertools
 import operator
@@ -76,13 +77,19 @@ def commands_of(twists, numbers, team):
 
 def _speeds(twists):
     """Return v and omega, (n, 2), of what ``make_twist`` made; None where there is anything else."""
-    columns, values = np.empty((2, len(twists))), "{}d".format(2 * len(twists))
+    columns = np.empty((2, len(twists)))
     try:
         v, omega = [each._v for each in twists], [each._omega for each in twists]
-        struct.pack_into(values, columns, 0, *v, *omega)
+        _packing(2 * len(v))(columns, 0, *v, *omega)
     except (AttributeError, struct.error):
         return None
     return columns.T
+
+
+@functools.lru_cache(maxsize=8)
+def _packing(count):
+    """Return the function that packs ``count`` floats into an array."""
+    return struct.Struct("{}d".format(count)).pack_into
 
 
 def _in_order(twists, numbers):

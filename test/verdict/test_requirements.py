@@ -5,15 +5,19 @@ import os
 
 import numpy as np
 import pytest
+from protocol_fixtures import shipped
 
 from mrs_simulator import PioneerControl, make_twist
+from mrs_simulator.control.array_law import of_samples
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.protocols import shipped as protocol_of
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.requirements import SIGNALS
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.analyses.signal_listing import main as list_signals
 from mrs_simulator.study.results.report import read_run
-from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.experiment import played, run_experiment
 from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.verdict.judging import judged
 from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
@@ -126,6 +130,31 @@ def test_of_a_killed_run_it_is_known_who_was_real():
     assert np.allclose(signal_of("speed", None, mixed).values[2], np.hypot(0.1, 0.1))
     with pytest.raises(Absent, match="killed: collisions are not known"):
         signal_of("contacts", None, mixed)
+
+
+AT_ONCE = [name for name in HOMES if hasattr(protocol_of(name).targets, "of_samples")]
+
+
+@pytest.mark.parametrize("name", AT_ONCE)
+def test_places_wanted_in_all_samples_are_those_of_each_alone_to_the_bit(name, monkeypatch):
+    run, control = played(shipped(name, duration=1.0))
+    run, ended = run.in_space(control.dimension), control.time
+    law, asked = type(control), []
+    places = law.targets
+
+    def counted(self, hand):
+        asked.append(hand.shape)
+        return places(self, hand)
+
+    for lay in (np.asarray, np.ascontiguousarray, np.asfortranarray):  # in memory
+        laid = run.replace(hand=lay(run.hand))
+        monkeypatch.setattr(law, "targets", of_samples(counted))
+        at_once = signal_of("error", control, laid).values
+        assert asked == [run.hand.shape] and control.time == ended and at_once.any()
+        monkeypatch.setattr(law, "targets", lambda self, hand: counted(self, hand))
+        np.testing.assert_array_equal(signal_of("error", control, laid).values, at_once)
+        assert asked[1:] == len(run.time) * [run.hand[0].shape]
+        asked.clear()
 
 
 def test_what_a_run_does_not_have_leaves_a_requirement_open():

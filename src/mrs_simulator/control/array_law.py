@@ -71,6 +71,16 @@ def flow_law(method):
     return pointMassLaw
 
 
+def of_samples(targets):
+    """Return the method ``targets``, which is known to take the points of many samples at once.
+
+    Points are (m, n, d) [m] then, ``self.time`` (m,) [s], and each sample's places those of it alone, to
+    the bit.  A ``targets`` without the mark, as one that overrides it, is asked sample by sample.
+    """
+    targets.of_samples = True
+    return targets
+
+
 def form_of(control):
     """Return ``(function, arguments)`` of the law of ``control``, which :func:`has_form`.
 

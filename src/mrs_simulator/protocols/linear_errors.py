@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 
+from mrs_simulator.control.array_law import of_samples
 from mrs_simulator.core.linear_theorem import ACCURACY, NAMES, linear_theorem
 from mrs_simulator.protocols.common import all_hold, commands_by
 from mrs_simulator.protocols.energies import error_energy
@@ -100,9 +101,11 @@ class Tracking(LinearErrors):
         claims = super().consequences(start - self.wanted([0.0])[0], accuracy, **options)
         return [claim._replace(measure=of_errors(claim.measure), place=None) for claim in claims]
 
+    @of_samples
     def targets(self, hand):
         """Return where the robots are wanted now, (n, d) [m]."""
-        return self.wanted([self.time])[0]
+        wanted = self.wanted(np.ravel(self.time))
+        return wanted if np.ndim(self.time) else wanted[0]
 
     def errors(self, run):
         """Return how far the points of ``run`` are from the wanted places, (m, n, d) [m]."""

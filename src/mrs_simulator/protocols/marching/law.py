@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 
+from mrs_simulator.control.array_law import of_samples
 from mrs_simulator.control.twists import twists_of
 from mrs_simulator.core.claims import (
     FEWEST_FITTED,
@@ -122,13 +123,14 @@ class Marching(Tracking, Shaped):
             velocity[self._listens()] = 0.0
         return laws.marching(hand, now, velocity, self.topology, self.gain, self.anchor)
 
+    @of_samples
     def targets(self, hand):
-        now = self.wanted([self.time])[0]
+        now = super().targets(hand)
         if self.anchor > 0.0:
             return now
         if not self.topology.has_spanning_tree():
             return None
-        return now + left_null_vector(self.topology) @ (hand - now)
+        return now + (left_null_vector(self.topology) @ (hand - now))[..., np.newaxis, :]
 
     # What theory says of a run -------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.array_law import flow_law
+from mrs_simulator.control.array_law import flow_law, of_samples
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     NEGLIGIBLE,
@@ -183,12 +183,13 @@ class DisplacementFormation(AveragingLaw, Shaped):
     def pointMassLaw(self):
         return laws.displacement_flow(self.gain, self.places(), self.topology)
 
+    @of_samples
     def targets(self, hand):
         """Return ``d + w^T (hand - d)``, (n, d) [m]: where the law ends from here."""
         if not self.topology.has_spanning_tree():
             return None
         places = self.places()
-        return places + left_null_vector(self.topology) @ (hand - places)
+        return places + (left_null_vector(self.topology) @ (hand - places))[..., np.newaxis, :]
 
     def reference(self, time):
         """Return the places of the shape, (n, d) [m]."""
@@ -250,9 +251,10 @@ class DistanceFormation(Shaped):
     def pointMassLaw(self):
         return laws.distance_flow(self.gain, self.places(), self.topology)
 
+    @of_samples
     def targets(self, hand):
         """Return the shape, (n, d) [m], turned, mirrored and moved to lie closest to ``hand``."""
-        places, middle = self.places(), hand.mean(axis=0)
+        places, middle = self.places(), hand.mean(axis=-2, keepdims=True)
         left, _, right = np.linalg.svd(places.T @ (hand - middle))
         return middle + places @ (left @ right)
 
@@ -385,10 +387,11 @@ class BearingFormation(Shaped):
     def pointMassLaw(self):
         return laws.bearing_flow(self.gain, self.places(), self.topology)
 
+    @of_samples
     def targets(self, hand):
         """Return the shape, (n, d) [m], with the centroid and the scale of ``hand``."""
-        places = self.places()
-        return hand.mean(axis=0) + places * (laws.scale(hand) / laws.scale(places))
+        places, size = self.places(), laws.scale(hand)[..., np.newaxis, np.newaxis]
+        return hand.mean(axis=-2, keepdims=True) + places * (size / laws.scale(places))
 
     def energy(self, start):
         """Return ``|p - p*|^2/2`` on an undirected graph."""

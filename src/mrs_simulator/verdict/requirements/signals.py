@@ -7,6 +7,7 @@ import numpy as np
 
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.sample_blocks import blocks
 from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
 from mrs_simulator.core.temporal_logic.robustness import Signal
@@ -136,18 +137,30 @@ def _rates(values, time, difference):
 def _error(control, run):
     if control is None:
         raise Absent("without a protocol no place is wanted")
-    found, begun = [], control.time
+    at_once = getattr(control.targets, "of_samples", False)
+    found, begun, time = np.empty(run.hand.shape[:2]), control.time, run.time - run.time[0]
     try:
-        for time, hand in zip(run.time - run.time[0], run.hand):
-            control.time = float(time)
+        for rows in blocks(*found.shape) if at_once else range(len(time)):
+            control.time, hand = time[rows] if at_once else float(time[rows]), run.hand[rows]
+            hand = _apart_in_memory(hand) if at_once else hand
             wanted = call(control.targets, hand)
             if np.shape(wanted) != hand.shape:
                 text = "the protocol {} wants no place of each robot (targets)"
                 raise Absent(text.format(type(control).__name__))
-            found.append(_apart(hand, np.asarray(wanted, dtype=float)))
+            found[rows] = _apart(hand, np.asarray(wanted, dtype=float))
     finally:
         control.time = begun
-    return np.array(found).T
+    return found.T
+
+
+def _apart_in_memory(hand):
+    """Return ``hand`` (m, n, d) with each sample's numbers next to each other, in their order of before.
+
+    Sums over them go as over those of one sample then, to the bit.
+    """
+    if hand.strides[1] >= hand.strides[2]:
+        return np.ascontiguousarray(hand)
+    return np.ascontiguousarray(hand.swapaxes(1, 2)).swapaxes(1, 2)
 
 
 def _deviation(control, run):

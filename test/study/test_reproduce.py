@@ -21,8 +21,8 @@ from mrs_simulator.study.results.provenance import (
     write_provenance,
 )
 from mrs_simulator.study.results.report import control_of, read_run, write_report
-from mrs_simulator.study.results.reproduce import main
-from mrs_simulator.study.results.stamp import stamp_of
+from mrs_simulator.study.results.reproduce import AGREES, DISAGREES, main
+from mrs_simulator.study.results.stamp import digest, stamp_of
 from mrs_simulator.study.run.experiment import run_experiment
 
 LAW = """
@@ -114,6 +114,27 @@ def test_what_has_changed_is_named(made, run, capsys):
     code, said = reproduced(run / "run.csv", capsys)
     assert code == 1 and "run.csv: other bytes\n" in said
     assert "changed: {} is another".format(made / "helper.py") in said and "law.py" not in said
+
+
+def test_of_a_law_that_is_another_it_is_told_by_its_hash_and_whether_the_run_agrees(
+    made, run, capsys
+):
+    helper = made / "helper.py"
+    was = read_provenance(str(run))["inputs"][str(helper)]
+    helper.write_text("GAIN = 0.5  # 1/s\n")
+    now, changed = (
+        digest(str(helper)),
+        "  changed: {} is another: sha256 {:.12}..., was {:.12}...\n",
+    )
+    agrees = changed.format(helper, now, was) + AGREES + "\n"
+    code, said = reproduced(run / "run.csv", capsys)
+    assert (code, said) == (0, "run.csv: the same bytes\n" + agrees)
+    code, said = reproduced(run / "trajectories.png", capsys)
+    but = "the same bytes but for the hash of all inputs, which it carries\n"
+    assert (code, said) == (1, "trajectories.png: " + but + agrees)
+    helper.write_text("GAIN = 0.75\n")
+    code, said = reproduced(run / "trajectories.png", capsys)
+    assert code == 1 and DISAGREES in said and AGREES not in said
 
 
 def test_an_edited_file_is_distinguished_from_one_made_otherwise(run, capsys):

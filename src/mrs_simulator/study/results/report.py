@@ -88,13 +88,15 @@ def write_report(
     """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
 
     ``control`` makes the claims; without one the run is judged by what needs no theory.  ``look``: how
-    figures look, a ``style.Look``; ``apart``: the ``figure_process.Drawing`` that draws them, None to draw
-    them here; ``announce``: called with the verdict as soon as its file is written, before figures are.
+    figures look, a ``style.Look``, which gets the stamp of the run's scenario where it has none; ``apart``:
+    the ``figure_process.Drawing`` that draws them, None to draw them here; ``announce``: called with the
+    verdict as soon as its file is written, before figures are.
     """
     run = run if control is None else run.in_space(control.dimension)
     os.makedirs(out, exist_ok=True)
     if formats:
-        look = (look or Look())._replace(stamp=stamp_of(run.scenario))
+        look = look or Look()
+        look = look._replace(stamp=look.stamp or stamp_of(run.scenario))
     if apart is not None and apart.is_able:
         return _write_at_once(run, out, formats, control, look, apart, announce)
     verdict, prediction = judged(run, control)

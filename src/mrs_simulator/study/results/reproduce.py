@@ -29,12 +29,18 @@ from mrs_simulator.study.results.report import (
     read_run,
     write_report,
 )
-from mrs_simulator.study.results.stamp import digest
+from mrs_simulator.study.results.stamp import digest, stamp_of
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.verdict.verdict import versions
 
 SAME, OTHER = 0, 1  # exit codes
 UNCHANGED = "  nothing that is known has changed"
+EQUAL = "the same bytes"
+BUT_STAMP = " but for the hash of all inputs, which it carries"
+ANOTHER = "is another: sha256 {}..., was {}..."
+DIGITS = 12  # of a hash that are shown
+AGREES = "  the run agrees all the same: made again, run.csv has the same bytes"
+DISAGREES = "  the run does not agree: made again, run.csv has other bytes"
 NONE = "none"  # the preset of a stage without one
 OVER_ROS = "  over ROS alone: {}what wheel odometry rounds, the last digits of tilt"
 UNTOLD = "a driver's preset, "
@@ -104,7 +110,8 @@ def reproduce(path, style=""):
             raise ValueError(text.format(name, ", ".join(sorted(outputs))))
         outputs = {name: outputs[name]}
     formats = sorted({each.rpartition(".")[2] for each in outputs} & set(FORMATS))
-    own_look = look(made["look"].get("width", ""), style)
+    stamp = _text_in(made, "stamp", "")  # none of earlier versions
+    own_look = look(made["look"].get("width", ""), style)._replace(stamp=stamp)
     if made.get("recorded_of"):
         with_preset = " with the preset {}".format(made["preset"]) if _preset(made) else ""
         print(RECORDED[_is_kept(made)].format(made["recorded_of"] + with_preset))
@@ -112,12 +119,19 @@ def reproduce(path, style=""):
         with compiling.as_made(_compiled(made)):  # which decides on last bits
             _make_again(made, out, directory, formats, own_look)
         again = {each: digest(os.path.join(directory, each)) for each in outputs}
+        run = digest(os.path.join(directory, RUN_FILE))
     now = {each: digest(os.path.join(out, each)) for each in outputs}
+    inputs, stamped = changed_inputs(made, out), _stamped(stamp, out, outputs)
     for each in outputs:
-        print("{}: {}".format(each, _said(again[each], outputs[each], now[each])))
-    if again == outputs:
+        text = _said(again[each], outputs[each], now[each])
+        print("{}: {}".format(each, text + BUT_STAMP * (each in stamped and text == EQUAL)))
+    changed = ["  changed: " + each for each in inputs]
+    if inputs and not _is_kept(made):
+        changed.append(AGREES if run == made["outputs"].get(RUN_FILE) else DISAGREES)
+    if again == outputs and not stamped:
+        print("\n".join(changed), end="\n" * bool(changed))
         return SAME if now == outputs else OTHER
-    changed = ["  changed: " + each for each in changes(made, out)]
+    changed = ["  changed: " + each for each in changed_programs(made)] + changed
     if made.get("recorded_of") == LOCKSTEP:
         changed += _over_ros(made, out)
     print("\n".join(changed or [UNCHANGED]))
@@ -136,9 +150,7 @@ def _over_ros(made, out):
 
 def _preset(made):
     """Return the name of the preset of the stage that was recorded, "" where it had none."""
-    preset = made.get("preset", NONE)
-    if not isinstance(preset, str):
-        raise ValueError("{}: preset: {!r}, wanted a text".format(PROVENANCE_FILE, preset))
+    preset = _text_in(made, "preset", NONE)
     return "" if preset == NONE else preset
 
 
@@ -162,26 +174,36 @@ def _make_again(made, out, directory, formats, own_look):
 
 def _compiled(made):
     """Return ``MRS_SIMULATOR_COMPILED`` as the run was ``made``; today's, where that is not known."""
-    wanted = made.get("compiled", os.environ.get(compiling.VARIABLE))
-    if not isinstance(wanted, (str, type(None))):
-        raise ValueError("{}: compiled: {!r}, wanted a text".format(PROVENANCE_FILE, wanted))
-    return wanted
+    known = os.environ.get(compiling.VARIABLE)
+    return None if made.get("compiled", known) is None else _text_in(made, "compiled", known)
+
+
+def _text_in(made, key, otherwise):
+    text = made.get(key, otherwise)
+    if not isinstance(text, str):
+        raise ValueError("{}: {}: {!r}, wanted a text".format(PROVENANCE_FILE, key, text))
+    return text
 
 
 def _said(again, made, now):
     """Return in words how a file made ``again`` is to what was ``made`` and to what is there ``now``."""
     if again == made:
         return (
-            "the same bytes"
-            if now == made
-            else "edited since it was made; made again it has its first bytes"
+            EQUAL if now == made else "edited since it was made; made again it has its first bytes"
         )
     said = "other bytes" if again else "not made"
     return said if now == made else said + ", and the file was edited since it was made"
 
 
-def changes(made, out):
-    """Return what is otherwise now than when the run in ``out`` was ``made``, a list of texts."""
+def _stamped(stamp, out, outputs):
+    """Return which of ``outputs`` would carry another hash of all inputs now than ``stamp``."""
+    if not stamp or stamp == stamp_of(load_scenario(os.path.join(out, SCENARIO_FILE))):
+        return []
+    return [each for each in outputs if each.rpartition(".")[2] in FORMATS]
+
+
+def changed_programs(made):
+    """Return what computes otherwise now than when a run was ``made``, a list of texts."""
     found = []
     for name, value in versions().items():
         if made["versions"].get(name) != value:
@@ -189,11 +211,18 @@ def changes(made, out):
     for name, value in (("commit", commit()), ("processor", processor())):
         if made[name] != value:
             found.append("{} {}, was {}".format(name, value or "unknown", made[name] or "unknown"))
+    return found
+
+
+def changed_inputs(made, out):
+    """Return which files of the run in ``out`` are others than when it was ``made``, a list of texts."""
+    found = []
     inputs = dict(made["inputs"])
     if _is_kept(made):
         inputs[RUN_FILE] = made["outputs"].get(RUN_FILE)
     for path, value in inputs.items():
         now = digest(path if os.path.isabs(path) else os.path.join(out, path))
         if now != value:
-            found.append("{} {}".format(path, "is another" if now else "is gone"))
+            hashes = ANOTHER.format(*(str(each or NONE)[:DIGITS] for each in (now, value)))
+            found.append("{} {}".format(path, hashes if now else "is gone"))
     return found

@@ -165,11 +165,11 @@ def test_an_error_ends_the_run_and_nothing_is_written_after_it(tmp_path, threade
     path, failing = tmp_path / "run.csv", []
     written = Recorder._file_away
 
-    def file_away(self, stamps, rows):
+    def file_away(self, stamps, *text):
         if stamps[-1] >= 2.0:
             failing.append(stamps)
             raise MemoryError("no more")
-        written(self, stamps, rows)
+        written(self, stamps, *text)
 
     monkeypatch.setattr(Recorder, "_file_away", file_away)
     with pytest.raises(MemoryError, match="no more"), Recorder(

@@ -84,7 +84,8 @@ def recorded(path, n, samples):
     with Recorder(str(path), range(1, n + 1), layout=layout) as recorder:
         for k in range(samples):
             pose, command = draw.normal(size=(n, 3)), np.zeros((n, 2))
-            recorder.sample(0.1 * k, StateTable(pose=pose, command=command))
+            state = StateTable(pose=pose, command=command)
+            recorder.sample(0.1 * k, state if k % 2 else state.replace(hand=pose[:, :2] + 1.0))
         poses, commands = draw.normal(size=(50, n, 3)), draw.normal(size=(50, n, 2))
         recorder.block([0.1 * (samples + k) for k in range(50)], poses, commands)
     return path.read_bytes()

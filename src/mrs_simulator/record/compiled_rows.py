@@ -10,6 +10,7 @@ import itertools
 
 import numpy as np
 
+from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import linked
 from mrs_simulator.core.compiling import jit
 
@@ -51,18 +52,20 @@ class Filler:
         self._longest = _longest(self._texts[1]) + _longest(self._texts[3])  # [bytes]
         self._memory = np.empty(0, np.uint8)
 
-    def filled(self, stamps, tables):
+    def filled(self, stamps, tables, points=None):
         """Return the lines, bytes, and where in them each sample ends, (k,); None for numbers from 1e16 on.
 
-        ``stamps`` (k,) [s], ``tables`` (k, n, c).
+        ``stamps`` (k,) [s], ``tables`` (k, n, c), contiguous; ``points`` as :func:`place_points` has it,
+        None for none.
         """
         samples, n, columns = tables.shape
         texts, ends = _in_a_row(map(repr, stamps)) + self._texts, np.empty(samples, np.int64)
         size = samples * n * (self._longest + (1 + columns) * LONGEST) + SLACK
         if len(self._memory) < size:
             self._memory = np.empty(size, np.uint8)
-        bits = np.ascontiguousarray(tables).view(np.uint64)
-        if not compiled_lines()(*texts, bits, self._memory, ends):
+        if points is None:
+            points = np.zeros(samples, bool), np.empty(0), 0, 0
+        if not compiled_lines()(*texts, tables, points, self._memory, ends):
             return None
         return memoryview(self._memory)[: ends[-1]], ends
 
@@ -78,13 +81,15 @@ def _in_a_row(texts):
     return np.frombuffer(b"".join(texts), np.uint8), ends
 
 
-def lines(stamps, stamp_ends, heads, head_ends, tails, tail_ends, table, out, ends):
+def lines(stamps, stamp_ends, heads, head_ends, tails, tail_ends, numbers, points, out, ends):
     """Fill ``out`` with the lines of samples and ``ends`` (k,) with where those of each end.
 
     A line is a stamp of the sample, a head of the robot, numbers, and its tail; texts are bytes one after
-    the other, with the ends of each.  ``table`` (k, n, c): bits of numbers.  Return False, with nothing of
-    use in ``out``, where one of them is not below 1e16.
+    the other, with the ends of each.  ``numbers`` (k, n, c), into which ``points`` are put before.  Return
+    False, with nothing of use in ``out``, where one of them is not below 1e16.
     """
+    place_points(numbers, points)
+    table = numbers.view(np.uint64)
     samples, n, columns = table.shape
     at, stamp = U(0), U(0)
     for sample in range(samples):
@@ -103,6 +108,27 @@ def lines(stamps, stamp_ends, heads, head_ends, tails, tail_ends, table, out, en
             head, tail = U(head_ends[row]), U(tail_ends[row])
         ends[sample], stamp = at, U(stamp_ends[sample])
     return True
+
+
+def place_points(numbers, points):
+    """Put hand points into ``numbers`` (k, n, c), to the bit those of ``kinematics.hand_points``.
+
+    ``points``: into which samples, (k,) bool, the hand lengths (n,) [m], and the first columns of poses and
+    of points.  Here no lock of Python's is needed, for which a law would have to be interrupted.
+    """
+    wanted, arms, pose, hand = points
+    n = numbers.shape[1]
+    theta, cos, sin = np.empty(n), np.empty(n), np.empty(n)
+    for sample in range(len(wanted)):
+        if wanted[sample]:
+            rows = numbers[sample]
+            for row in range(n):
+                theta[row] = rows[row, pose + 2]
+            cosines(theta, cos)
+            sines(theta, sin)
+            for row in range(n):
+                rows[row, hand] = rows[row, pose] + arms[row] * cos[row]
+                rows[row, hand + 1] = rows[row, pose + 1] + arms[row] * sin[row]
 
 
 def copied(text, begin, end, out, at):

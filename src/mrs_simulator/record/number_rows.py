@@ -42,11 +42,12 @@ class Lines:
         """Return whether compiled loops have written lines."""
         return self._filler is not None
 
-    def filled(self, stamps, tables):
+    def filled(self, stamps, tables, points=None):
         """Return what :meth:`texts` does as bytes, which last until the next call, and where in them each
         sample ends, (k,).
 
-        None unless compiled loops are to write them, and can.
+        ``points``: of the hand points that are put into ``tables`` before, as
+        ``compiled_rows.place_points`` has it.  None unless compiled loops are to write lines, and can.
         """
         rows = tables.shape[0] * tables.shape[1]
         loops = same_bits(_compiled, size=1 + rows // WRITTEN, loading=False)
@@ -54,7 +55,7 @@ class Lines:
             return None
         if self._filler is None:
             self._filler = loops(*self._given)
-        return self._filler.filled(stamps, tables)
+        return self._filler.filled(stamps, tables, points)
 
     def texts(self, stamps, tables):
         """Return the lines of samples at ``stamps`` (k,) [s] of ``tables`` (k, n, c): texts of each."""

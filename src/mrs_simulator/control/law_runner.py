@@ -185,7 +185,7 @@ class LawRunner:
     def unlimited_commands(self, pose, time):
         """Return the commands (n, a) that the law wants at ``pose`` (n, 3), before limits."""
         self._control.__dict__["time"] = time  # as _keep, in less time
-        return self._control.wanted_commands(pose)
+        return self.wanted_commands(pose)
 
     def velocities(self, points, time):
         """Return the velocities (n, d) [m/s] that ``pointMassLaw`` wants of ``points`` (n, d) [m]."""

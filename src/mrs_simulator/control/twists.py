@@ -94,7 +94,7 @@ def _packing(count):
 def _in_order(twists, numbers):
     if isinstance(twists, dict):
         if tuple(twists) == numbers:
-            return list(twists.values())
+            return twists.values()
         if set(twists) != set(numbers):
             raise ControlError(
                 "calculateControlLaw returned Twists for robots {}, wanted {}".format(

@@ -99,7 +99,7 @@ class Stepping:
             if due:
                 wanted, first = experiment.asked(self._asked, seen), COMMAND
             why, due = moved.advance(min(steps, reading), first, wanted), False
-            is_read = why in (DUE, ENOUGH) and moved.now == reading
+            is_read = moved.now == reading and why in (DUE, ENOUGH)
             if is_read:
                 reading = self._read(reading)
             if why == DUE:

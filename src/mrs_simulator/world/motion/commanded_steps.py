@@ -211,6 +211,7 @@ class CommandedSteps:
         sample."""
         n = world.n
         self._world, self._step, self._rates = world, step, rates
+        self._step_size = world.step_size
         self._entry = None  # of ``step``, once its first arguments are there
         self._counts, self._numbers = np.zeros(7, np.int64), np.empty(3)
         self._poses, self._looked = np.empty((2, 3, n)), np.empty((2, n))
@@ -218,6 +219,7 @@ class CommandedSteps:
         self._command, self._wanted = np.empty((2, n)), np.empty((2, n))
         top = np.ascontiguousarray(world.team.limits.of_all(n).top.T)
         arms = np.empty(0) if l is None else np.full(n, float(l))
+        self._columns = [each.T for each in self._poses]  # made once
         # ``state`` and ``wanted`` as ``steps_between`` has them
         self._state = (
             self._counts, self._numbers, self._poses, self._inners, self._turns, self._looked,
@@ -237,7 +239,7 @@ class CommandedSteps:
     @property
     def time(self):
         """Return the time [s] of the step to which robots have come."""
-        return self.now * self._world.step_size
+        return self.now * self._step_size
 
     def begin(self, kept):
         """Begin at the world's state; ``kept`` (m, 5, n): to be filled with samples, pose and command."""
@@ -272,14 +274,18 @@ class CommandedSteps:
         commands.
         """
         if first == COMMAND:
-            self._wanted[:] = wanted.T
-        tried = -1
+            wanted = wanted.T
+            if not wanted.flags.carray:  # as the compiled steps take it
+                self._wanted[:] = wanted
+                wanted = self._wanted
+            self._given = (wanted, *self._given[1:])
+        (every, between), (limits, size, reach), tried = self._rates, self._moving, -1
         while True:
             if len(self._given[1]):  # points are new each time: a law may keep them
                 self._given = (*self._given[:-1], np.empty_like(self._wanted))
             now = self.now
             given = (
-                (now, end, *self._rates, first), self._state, self._given, *self._moving,
+                (now, end, every, between, first), self._state, self._given, limits, size, reach,
                 self._pairs, self._noted, self._kept,
             )  # fmt: skip
             if self._entry is None:
@@ -308,7 +314,7 @@ class CommandedSteps:
     @property
     def pose(self):
         """Return the poses (n, 3) to which robots have come, for now."""
-        return self._poses[self._counts[STATE]].T
+        return self._columns[self._counts[STATE]]
 
     @property
     def points(self):

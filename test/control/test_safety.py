@@ -149,7 +149,7 @@ def test_pairs_that_are_left_out_would_change_nothing(seed, monkeypatch):
     terms = wanted, points, distance, 0.02
     given = safety.safe_velocities(*terms, brakes=brakes)
     within = safety._most_distant(
-        2.0 * np.linalg.norm(wanted, axis=1).max(), *terms[2:], 1.0, None, brakes
+        safety.FASTER * np.linalg.norm(wanted, axis=1).max(), *terms[2:], 1.0, None, brakes
     )
     assert within < np.ptp(points)
     monkeypatch.setattr(safety, "_most_distant", lambda *terms: np.inf)

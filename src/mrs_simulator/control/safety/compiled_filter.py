@@ -35,11 +35,19 @@ def near_pairs(seen, bound):
     second, m, all_are, columns = np.empty_like(first), 0, bound == np.inf, np.zeros((3, n))
     columns[:d] = seen.T
     x, y, z = columns[0], columns[1], columns[2]
+    close = np.zeros((n + 7) // 8 * 8, dtype=np.uint8)
+    eights = close.view(np.uint64)  # few of them have one that is near
     for i in range(n):
-        for j in range(i + 1, n):
+        for j in range(n):
             east, north, up = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-            first[m], second[m] = i, j  # without a branch, which would be guessed wrong
-            m += (east * east + north * north + up * up < bound) | all_are
+            close[j] = (east * east + north * north + up * up < bound) | all_are
+        close[: i + 1] = 0
+        for k in range((i + 1) // 8, len(eights)):
+            if not eights[k]:
+                continue
+            for j in range(8 * k, min(8 * k + 8, n)):
+                first[m], second[m] = i, j  # without a branch, which would be guessed wrong
+                m += close[j]
     return first[:m], second[:m]
 
 

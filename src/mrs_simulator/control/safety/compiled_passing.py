@@ -14,6 +14,7 @@ from mrs_simulator.control.safety.compiled_filter import (
     heeded,
     near_pairs,
     pair_rows,
+    press,
     solve,
     square,
     touch,
@@ -21,6 +22,7 @@ from mrs_simulator.control.safety.compiled_filter import (
 from mrs_simulator.control.safety.deadlock_detector import HELD, MOVES, NEARBY
 from mrs_simulator.control.safety.nearest_velocities import (
     ASTRAY,
+    FASTER,
     FIRST,
     FIXED_RATE,
     GAMMA,
@@ -150,7 +152,7 @@ def nearest(wanted, points, terms, bounds, speed):
     """
     distance, (least, largest, latest, slowest), period, slowness, waits = terms
     accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
-    fastest, n = 2.0 * greatest(wanted), len(wanted)
+    fastest, n = FASTER * greatest(wanted), len(wanted)
     within = most_distant(fastest, least, largest, period, GAMMA, latest, slowest)
     while True:
         given = distance, period, slowness, waits
@@ -166,9 +168,28 @@ def nearest(wanted, points, terms, bounds, speed):
             velocity = capped(wanted, speed) if len(speed) else wanted
         m = len(limit) - len(bounds[2])
         within = np.inf if m == n * (n - 1) // 2 else within  # all pairs
-        if within == np.inf or not greatest(velocity) > fastest:
+        if within == np.inf or not breaks(velocity, points, given, within, fastest, terms[1]):
             return velocity, (first[:m], second[:m], within)
         within = np.inf
+
+
+def breaks(velocity, points, terms, within, fastest, ends):
+    """Return whether ``velocity`` (n, 2) breaks the constraint of a pair, as ``nearest_velocities`` does."""
+    faster, (least, largest, latest, slowest) = greatest(velocity), ends
+    if not faster > fastest:
+        return False
+    (distance, period, slowness, waits), count = terms, 0
+    wider = most_distant(faster, least, largest, period, GAMMA, latest, slowest)
+    first, second = near_pairs(points, wider * wider)
+    rows = first, second, distance, (period, GAMMA), slowness, waits
+    side, limit = pair_rows(points, points, NONE, *rows)
+    pressure = np.empty(len(first))
+    press(velocity.T, (first, second, side, 0), pressure)
+    for k in range(len(first)):
+        i, j = first[k], second[k]
+        x, y = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+        count += (x * x + y * y >= within * within) & (pressure[k] > limit[k])
+    return count > 0
 
 
 def constraints(points, terms, within, bounds):
@@ -267,7 +288,8 @@ def meeting(pose, radii, ways, lead, pairs):
     """
     (first, second, within), reach, count = pairs, radii + ways, 0
     if 2.0 * (reach.max() + np.abs(lead)) + EXACT > within:
-        first, second = near_pairs(pose[:2].T, np.inf)
+        bound = 2.0 * reach.max() + EXACT
+        first, second = near_pairs(pose[:2].T, bound * bound)
     i, j = np.empty_like(first), np.empty_like(first)
     for p in range(len(first)):
         i[count], j[count] = first[p], second[p]

@@ -11,7 +11,7 @@ import numpy as np
 from mrs_simulator.control.safety import compiled_filter
 from mrs_simulator.control.safety.bounds import NO_BOUNDS
 from mrs_simulator.core.compiling import same_bits
-from mrs_simulator.core.neighbours import DENSE, all_pairs, close_pairs, dot, squared
+from mrs_simulator.core.neighbours import DENSE, all_pairs, close_pairs, dot, squared, squared_apart
 
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
 FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
@@ -28,6 +28,7 @@ NONE = np.empty(0)  # what the compiled loops take for nothing
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 WORTH = 40000  # [-] robots of all calls that take as long as numba takes to load
 UNCHANGED = 1e-9  # [m/s] up to which a velocity is that which was wanted
+FASTER = 1.25  # [-] of the greatest speed wanted: pairs too far apart for it are left out at first
 LEAST = 5e-11  # [m/s] beyond its limit a constraint asks for no solution: less than any tolerance
 
 
@@ -87,20 +88,32 @@ def safe_velocities(
     """
     wanted = np.asarray(wanted, dtype=float)
     terms = points, distance, period, gamma, squash, brakes
-    fastest = 2.0 * float(_lengths(wanted).max(initial=0.0))
+    fastest = FASTER * float(_lengths(wanted).max(initial=0.0))
     # Where something comes nearer, robots may have to be faster than anybody wanted to be.
     within = np.inf if bounds.comes.any() else _most_distant(fastest, *terms[1:])
     velocity = _among(wanted, terms, within, swirl, bounds, speed)
-    if within < np.inf and _lengths(velocity).max() > fastest:
+    if within < np.inf and _breaks(velocity, terms, within, fastest):
         return _among(wanted, terms, np.inf, swirl, bounds, speed)
     return velocity
+
+
+def _breaks(velocity, terms, within, fastest):
+    """Return whether ``velocity`` (n, d) breaks the constraint of a pair that is ``within`` [m] or farther
+    apart, which none up to ``fastest`` [m/s] does."""
+    faster = float(_lengths(velocity).max())
+    if not faster > fastest:
+        return False
+    points, wider = terms[0], _most_distant(faster, *terms[1:])
+    rows = _rows_of(filter_loops(len(velocity)), terms, wider)
+    far = squared_apart(points, rows.first, rows.second) >= within * within
+    return bool((far & (rows.pressure(velocity) > rows.limit)).any())
 
 
 def _among(wanted, terms, within, swirl, bounds, speed):
     """Return ``safe_velocities``, pairs that are ``within`` [m] or farther apart left out."""
     points, distance, period, _, squash, _ = terms
     loops = filter_loops(len(wanted))
-    pairs = _pair_rows(*terms, within) if loops is None else _looped_rows(loops, *terms, within)
+    pairs = _rows_of(loops, terms, within)
     rows = _joined(pairs, bounds, period)
     seen = points if squash is None else points * squash
     if loops is None:
@@ -150,6 +163,13 @@ def pairs_within(loops, seen, within):
     if loops is not None and (len(seen) <= DENSE or within == np.inf):
         return loops.near_pairs(np.ascontiguousarray(seen), within * within)
     return all_pairs(len(seen)) if within == np.inf else close_pairs(seen, within)
+
+
+def _rows_of(loops, terms, within):
+    """Return the ``Rows`` of pairs closer than ``within`` [m], by the ``loops``, or numpy for None."""
+    if loops is None:
+        return _pair_rows(*terms, within=within)
+    return _looped_rows(loops, *terms, within)
 
 
 def _looped_rows(loops, points, distance, period, gamma, squash, brakes, within):
@@ -281,19 +301,17 @@ def extremes(distance):
 def most_distant(speed, least, largest, period, gamma, late, slowness):
     """Return the distance [m] from which on the bounds of pairs allow two robots at ``speed`` [m/s] each.
 
-    As ``Rows.reach`` has them at half of it.  The least of the three bounds, of the largest robots;
-    ``least`` and ``largest``: distances kept [m]; ``late`` [s] and ``slowness`` [s^2/m] of those that brake
-    worst.
+    As ``Rows.reach`` has them at half of it, and beyond where robots turn aside.  The least of the three
+    bounds, of the largest robots; ``least`` and ``largest``: distances kept [m]; ``late`` [s] and
+    ``slowness`` [s^2/m] of those that brake worst.
     """
-    if speed == 0.0:
-        return np.inf
     most = np.sqrt(2.0) * speed
     closing = np.sqrt(2.0) * most
     gap = closing * late + 0.25 * closing * closing * slowness
     # (x^2 - 1)^3/x is above (x^2 - 1)^2.5/sqrt(2) from x^2 = 2 on.
     wide = np.sqrt(1.0 + max(1.0, (4.0 * most / (gamma * least)) ** 0.4))
     held = 2.0 * np.sqrt(2.0) * period * most
-    return 1.001 * max(largest + gap, largest * wide, largest + held)
+    return 1.001 * max(largest + gap, largest * wide, largest + held, HEEDS * largest)
 
 
 def _pair_rows(points, distance, period, gamma, squash=None, brakes=None, within=np.inf):

@@ -144,11 +144,11 @@ def test_rows_that_contradict_each_other_are_given_up_at_once():
     points, excess = draw.uniform(0.0, 3.0, (6, 2)), draw.uniform(0.0, 1.0, 15)
     rows = nearest_velocities._pair_rows(points, 0.9, PERIOD, 1.0)
     dual, free = nearest_velocities._Dual(np.zeros((6, 2)), rows), np.zeros(12)
-    limits = 0.0, nearest_velocities.RESIDUAL, nearest_velocities.ASTRAY
+    limits = 0.0, *(getattr(nearest_velocities, n) for n in ("RESIDUAL", "ASTRAY", "ELIMINATED"))
     columns, still = (*rows[:2], np.ascontiguousarray(rows.of_second.T), 0), np.zeros((2, 6))
     for count in (5, 15):
         active, own = np.arange(count), excess[:count]
-        found = nearest_velocities._solved(dual.slope(active, free), own)
+        found = nearest_velocities._solved(dual, active, free, own)
         assert (found is None) == (count == 15)
         given = active, still, np.empty(0), own, limits
         looped, solved = compiled_filter.solved(columns, *given)

@@ -169,6 +169,35 @@ def test_newtons_method_and_gradients_find_the_same(cap, monkeypatch):
     assert not np.array_equal(given, wanted)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_elimination_and_conjugate_gradients_solve_the_same(dimension):
+    draw = np.random.default_rng(2)
+    points = draw.uniform(0.0, 9.0, (40, dimension))
+    walls = Surroundings(arena=(-1.0, -1.0, 10.0, 10.0)).bounds(points, np.full(40, 0.4))
+    rows = safety._joined(safety._pair_rows(points, 0.8, PERIOD, 1.0), walls, PERIOD)
+    dual, free = safety._Dual(points, rows), np.zeros(points.size)
+    pairs = len(rows.limit) - rows.alone
+    _, single = np.unique(rows.first[pairs:], return_index=True)  # a wall of each robot
+    for count in (1, 20, 30):
+        own = np.sort(draw.choice(pairs, count, replace=False))
+        own = np.concatenate([own, pairs + single[:count:3]])
+        excess = draw.normal(0.0, 1.0, len(own))
+        change, fallen = dual.eliminated(own, excess), dual.slope(own, free)
+        np.testing.assert_allclose(fallen(change), excess, atol=1e-12)
+        by_gradients = safety._by_conjugate_gradients(fallen, excess)
+        np.testing.assert_allclose(change, by_gradients, atol=1e-9)
+    dual.cap(np.ones(40))
+    assert dual.eliminated(own, excess) is None
+
+
+def test_rows_that_depend_on_each_other_are_not_eliminated():
+    points = np.random.default_rng(2).uniform(0.0, 9.0, (8, 2))
+    rows = safety._pair_rows(points, 0.8, PERIOD, 1.0)  # 28 of 16 coordinates
+    dual = safety._Dual(points, rows)
+    assert dual.eliminated(np.arange(28), np.ones(28)) is None
+    assert dual.eliminated(np.arange(10), np.ones(10)) is not None
+
+
 @pytest.mark.parametrize("caps", [None, np.full(9, 0.5)])
 def test_the_slope_of_constraints_is_that_of_differences(caps):
     draw = np.random.default_rng(4)

@@ -195,8 +195,8 @@ def solve(wanted, first, second, side, limit, alone, near, speed, accuracy):
     """Return the velocities (n, d) nearest to ``wanted``, and what they make of all rows, (m,).
 
     As ``_among`` from where wanted velocities are turned aside.  ``near`` (m,) grows by rows that robots
-    are pushed towards; ``speed`` (n,), or (0,) for no caps; ``accuracy``: ``LEAST``, ``TOLERANCE``,
-    ``RESIDUAL``, ``ASTRAY``, ``STEPS``, and ``FIRST`` and ``SWEEPS``.
+    are pushed towards; ``speed`` (n,), or (0,) for no caps; ``accuracy``: ``LEAST``, ``TOLERANCE``; then
+    ``RESIDUAL``, ``ASTRAY`` and ``ELIMINATED``; ``STEPS``; and ``FIRST`` and ``SWEEPS``.
     """
     rows = first.astype(np.uint64), second.astype(np.uint64), side, alone
     begun, velocity, pressure = wanted.T.copy(), wanted, np.empty(len(limit))
@@ -239,9 +239,9 @@ def nearest(begun, rows, limit, near, speed, accuracy):
         most[k] = limit[k] if near[k] else NEVER
         size = np.abs(limit[k]) if near[k] else 0.0
         largest = size if size > largest else largest
-    _, tolerance, residual, astray, steps, sweeps = accuracy
+    _, tolerance, exactness, steps, sweeps = accuracy
     scale = max(1e-3, largest, np.abs(begun).max())
-    limits, force, free = (tolerance * scale, residual, astray), np.zeros(m), np.empty(begun.shape)
+    limits, force, free = (tolerance * scale, *exactness), np.zeros(m), np.empty(begun.shape)
     uncapped, found = speed[:0], False
     for caps in (uncapped, speed):
         found = by_newton(begun, rows, most, caps, force, free, steps, limits)
@@ -376,14 +376,18 @@ def summed(a, b):
 
 
 def solved(rows, active, free, speed, right, limits):
-    """Return what ``_solved`` returns of ``_Dual.slope`` of the rows ``active`` (k,), and whether that is
-    not None."""
+    """Return what ``_solved`` returns of the rows ``active`` (k,), and whether that is not None."""
     (first, second, side, alone), k = rows, len(active)
     own = np.empty((len(side), k))
     for axis in range(len(side)):
         for a in range(k):
             own[axis, a] = side[axis, active[a]]
     of_one = np.count_nonzero(active >= len(first) - alone)
+    if not len(speed):
+        robots = first[active].astype(np.int64), second[active].astype(np.int64)
+        x = np.empty(k)
+        if eliminated(robots, own, of_one, right, free.shape[1], limits[3], x):
+            return x, True
     own_rows = first[active], second[active], own, of_one
     factor, ahead = slopes_of_caps(free, speed)
     x, left, along = np.zeros(k), right.copy(), right.copy()
@@ -406,6 +410,138 @@ def solved(rows, active, free, speed, right, limits):
         for a in range(k):
             along[a] = left[a] + again * along[a]
     return x, True
+
+
+def eliminated(robots, own, alone, right, n, limits, x):
+    """Fill ``x`` (k,) as ``_Dual.eliminated`` returns it; return whether that is not None.
+
+    ``robots``: the ``first`` and ``second`` (k,) of n; ``own`` (d, k): sides; ``limits``: ``ELIMINATED``.
+    """
+    (first, second), (pivot, most) = robots, limits
+    k, pairs, rest = len(first), len(first) - alone, 0
+    counts, joined = np.zeros(n, np.int64), np.empty(k, np.int64)
+    for a in range(k):
+        counts[first[a]] += 1
+        counts[second[a]] += 1 if a < pairs else 0
+    for a in range(k):
+        joined[rest] = a
+        rest += (counts[first[a]] > 1) | (counts[second[a]] > 1)
+        size = along(own, a, a)
+        x[a] = right[a] / (size + size if a < pairs else size)
+    joined = joined[:rest]
+    order, ends = in_sets(first[joined], second[joined], n)
+    largest, begin = 0, 0
+    for c in range(len(ends)):
+        largest, begin = max(largest, ends[c] - begin), ends[c]
+    if largest > most:
+        return False
+    work = (
+        np.empty((2, largest, largest)),
+        np.empty((3 + len(own), largest)),
+        np.empty((2, largest), np.int64),
+    )
+    begin, joined = 0, joined[order]
+    for c in range(len(ends)):
+        if not eliminate(joined[begin : ends[c]], robots, own, pairs, right, pivot, work, x):
+            return False
+        begin = ends[c]
+    return True
+
+
+def in_sets(first, second, n):
+    """Return the order (k,) of rows by sets that share robots, and where each set ends in it, (c,)."""
+    k, count, begin = len(first), 0, 0
+    work = np.empty((2, n), np.int64), np.empty((3, k), np.int64)
+    (least, number), (of, ends, order) = work
+    for i in range(n):
+        least[i], number[i] = i, -1
+    for a in range(k):
+        i, j = origin(least, first[a]), origin(least, second[a])
+        least[max(i, j)] = min(i, j)
+    for a in range(k):
+        i = origin(least, first[a])
+        if number[i] < 0:
+            number[i], ends[count] = count, 0
+            count += 1
+        of[a] = number[i]
+        ends[of[a]] += 1
+    for c in range(count):
+        ends[c], begin = begin, begin + ends[c]
+    for a in range(k):
+        order[ends[of[a]]] = a
+        ends[of[a]] += 1
+    return order, ends[:count]
+
+
+def origin(least, i):
+    """Return the least robot that is joined to robot ``i``; ``least`` (n,) leads there."""
+    while least[i] != i:
+        least[i] = least[least[i]]
+        i = least[i]
+    return i
+
+
+def eliminate(its, robots, own, pairs, right, pivot, work, x):
+    """Fill what of ``x`` (k,) the rows ``its`` of one set have, as ``_eliminated``; return whether that is
+    not None."""
+    (upper, lower), columns, (first, second) = work
+    row, y, diagonal, sides, k = columns[0], columns[1], columns[2], columns[3:], len(its)
+    for a in range(k):
+        rank = its[a]
+        first[a], second[a] = robots[0][rank], robots[1][rank] if rank < pairs else -1
+        y[a] = right[rank]
+        for axis in range(len(own)):
+            sides[axis, a] = own[axis, rank]
+    for a in range(k):
+        start = products(a, first, second, sides, row)
+        lower[a, :start] = upper[:start, a] = 0.0
+        for b in range(start, a):
+            upper[b, a], lower[a, b] = row[b], 0.0
+            if row[b] != 0.0:
+                share = lower[a, b] = row[b] / diagonal[b]
+                for c in range(b + 1, a):
+                    row[c] -= share * upper[b, c]
+                row[a] -= share * row[b]
+                y[a] -= share * y[b]
+        diagonal[a] = row[a]
+        if not row[a] > pivot:
+            return False
+    for a in range(k):
+        y[a] /= diagonal[a]
+    for a in range(k - 1, -1, -1):
+        x[its[a]] = y[a]
+        for b in range(a):
+            y[b] -= lower[a, b] * y[a]
+    return True
+
+
+def products(a, first, second, sides, row):
+    """Fill ``row`` (k,) up to ``a`` with the products of row ``a`` with these; return the first that is
+    not 0."""
+    i, j, x, y = first[a], second[a], sides[0], sides[1]
+    j = -2 if j < 0 else j  # nobody is the same
+    for b in range(a + 1):
+        row[b] = x[a] * x[b] + y[a] * y[b]
+    for axis in range(2, len(sides)):
+        own = sides[axis]
+        for b in range(a + 1):
+            row[b] += own[a] * own[b]
+    for b in range(a + 1):
+        row[b] *= (
+            int(first[b] == i) + int(second[b] == j) - int(first[b] == j) - int(second[b] == i)
+        )
+    start = 0
+    while row[start] == 0.0 and start < a:
+        start += 1
+    return start
+
+
+def along(own, a, b):
+    """Return the inner product of columns ``a`` and ``b`` of ``own`` (d, k)."""
+    total = 0.0
+    for axis in range(len(own)):
+        total += own[axis, a] * own[axis, b]
+    return total
 
 
 def slopes_of_caps(free, speed):

@@ -22,6 +22,7 @@ from mrs_simulator.control.safety.compiled_filter import (
 from mrs_simulator.control.safety.deadlock_detector import HELD, MOVES, NEARBY
 from mrs_simulator.control.safety.nearest_velocities import (
     ASTRAY,
+    ELIMINATED,
     FASTER,
     FIRST,
     FIXED_RATE,
@@ -151,7 +152,7 @@ def nearest(wanted, points, terms, bounds, speed):
     And the rows of all pairs of points that are closer than so many metres, (m,) and (m,), and these.
     """
     distance, (least, largest, latest, slowest), period, slowness, waits = terms
-    accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
+    accuracy = LEAST, TOLERANCE, (RESIDUAL, ASTRAY, ELIMINATED), STEPS, (FIRST, SWEEPS)
     fastest, n = FASTER * greatest(wanted), len(wanted)
     within = most_distant(fastest, least, largest, period, GAMMA, latest, slowest)
     while True:
@@ -174,7 +175,7 @@ def nearest(wanted, points, terms, bounds, speed):
 
 
 def breaks(velocity, points, terms, within, fastest, ends):
-    """Return whether ``velocity`` (n, 2) breaks the constraint of a pair, as ``nearest_velocities`` does."""
+    """Return what ``nearest_velocities._breaks`` does of ``velocity`` (n, 2)."""
     faster, (least, largest, latest, slowest) = greatest(velocity), ends
     if not faster > fastest:
         return False
@@ -255,20 +256,22 @@ def foreseen(known, top, rates):
         return np.zeros(inner.shape), np.zeros(len(speeds))
     if seconds == 0.0:
         return inner, speeds
-    target = np.empty(inner.shape)
-    for i in range(len(inner)):
-        aim(command, top, i, target)
+    target = aimed(command, top)
     after, faster = followed(inner, target, rates, seconds), np.empty(len(inner))
     for i in range(len(inner)):
         faster[i] = np.sqrt(after[i, 0] * after[i, 0])
     return after, faster
 
 
-def aim(command, top, i, target):
-    """Let ``target`` (n, 2) of robot ``i`` be the ``command`` (2, n) clipped, as the firmware does."""
+def aimed(command, top):
+    """Return the ``command`` (2, n) clipped, as the firmware does, (n, 2)."""
+    target = np.empty(top.shape)
     for axis in range(len(command)):
-        most = top[i, axis]
-        target[i, axis] = np.minimum(np.maximum(command[axis, i], -most), most)
+        for i in range(len(top)):
+            value, most = command[axis, i], top[i, axis]
+            value = -most if value < -most else value
+            target[i, axis] = most if value > most else value
+    return target
 
 
 def braking_ways(command, speeds, fastest, period, slowness, late):
@@ -313,9 +316,8 @@ def spreads(command, states, radii, times):
     inner, top, rates = states
     period, _, instants, brakes = times
     n, most, held = len(radii), 0.0, np.empty((2, len(radii)))
-    target, found = np.empty((n, 2)), np.empty((3, n))
+    target, found = aimed(command, top), np.empty((3, n))
     for i in range(n):
-        aim(command, top, i, target)
         for axis in range(2):
             held[axis, i] = max(abs(inner[i, axis]), abs(target[i, axis]))
             most = max(most, held[axis, i] / rates[i, axis])
@@ -367,14 +369,13 @@ def let(command, pose, states, radii, times, first, second):
     level, renewed, near = np.zeros(n, np.int64), np.ones(n, np.bool_), np.zeros(n, np.bool_)
     for p in range(len(first)):
         near[first[p]] = near[second[p]] = True
-    given, target, still = command.copy(), np.empty((n, 2)), np.zeros((n, 2))
+    given, still = command.copy(), np.zeros((n, 2))
     east, north = np.empty((n, count + 1)), np.empty((n, count + 1))
     room, fast, start = np.empty((n, count)), np.empty(n), np.ascontiguousarray(pose[:2].T)
     reach = np.empty((n, count))
     while True:
         slow_down(given, level, renewed, command)
-        for i in range(n):
-            aim(command, top, i, target)
+        target = aimed(command, top)
         held = followed(inner, target, rates, period)
         most = max(longest(held, still, rates), SHORTEST)
         if most != before:  # which all courses' instants hang on

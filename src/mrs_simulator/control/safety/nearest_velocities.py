@@ -22,6 +22,8 @@ HEEDS = 3.0  # [-] kept distances within which robots turn aside
 STEPS = 12  # [-] most steps of the solver by Newton's method
 FIRST = 20  # [-] steps by gradients before Newton's method begins anew
 SWEEPS = 400  # [-] most steps of the solver by gradients
+# [-] of elimination: the least pivot, of 2 of two robots, and the most rows of one set
+ELIMINATED = (1e-4, 128)
 RESIDUAL = 1e-12  # [-] that is left of linear equations
 ASTRAY = 1e6  # [-] up to which it grows at first: beyond, rows contradict each other
 NONE = np.empty(0)  # what the compiled loops take for nothing
@@ -193,7 +195,7 @@ def _looped_shares(loops, wanted, seen, distance, rows, bounds):
 
 def _looped_solution(loops, wanted, rows, near, speed):
     """As ``_solution``, by the ``loops``."""
-    accuracy = LEAST, TOLERANCE, RESIDUAL, ASTRAY, STEPS, (FIRST, SWEEPS)
+    accuracy = LEAST, TOLERANCE, (RESIDUAL, ASTRAY, ELIMINATED), STEPS, (FIRST, SWEEPS)
     speed = NONE if speed is None else np.array(speed, dtype=float)
     side = np.ascontiguousarray(-rows.of_first.T)
     given = rows.first, rows.second, side, rows.limit, rows.alone, near
@@ -424,7 +426,7 @@ class _Dual:
         self._place = np.stack([d * robot + axis for robot in (first, second) for axis in range(d)])
         self._share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its 2 d places
         self._begun, self._places = wanted.ravel(), self._place.ravel()
-        self._limit, self._speed = rows.limit, speed
+        self._limit, self._speed, self._rows = rows.limit, speed, rows
 
     def cap(self, speed):
         """Let velocities be at most ``speed`` (n,) [m/s]."""
@@ -460,6 +462,32 @@ class _Dual:
             return (share * turned(pushes).take(place)).sum(axis=0)
 
         return fallen
+
+    def eliminated(self, rows, excess):
+        """Return the changes (k,) of the forces of ``rows`` (k,) that take away their ``excess`` (k,), by
+        elimination.
+
+        Row by row, and in each set of rows that share robots, directly or by others, for itself.  None
+        where velocities have caps, a set has too many rows, or one depends on others.
+        """
+        if self._speed is not None:
+            return None
+        own = self._rows
+        first, second, side = own.first[rows], own.second[rows].copy(), -own.of_first[rows]
+        sets = joined_robots(first, second, self.n)[first]
+        single = rows >= len(own.limit) - own.alone
+        second[single] = -1  # nobody
+        size = squared(side)
+        change, counts = excess / np.where(single, size, size + size), np.bincount(sets)
+        if counts.max() > ELIMINATED[1]:
+            return None
+        for label in np.flatnonzero(counts > 1):
+            its = np.flatnonzero(sets == label)
+            found = _eliminated(first[its], second[its], side[its].T, excess[its])
+            if found is None:
+                return None
+            change[its] = found
+        return change
 
     def _slope_of_caps(self, free):
         """Return a function of changes (n d,) of velocities ``free``: those within the caps.
@@ -500,7 +528,7 @@ def _by_newton(dual, force, tolerance):
             excess = dual.excess(free)
         if not len(active):
             continue
-        change = _solved(dual.slope(active, free), excess[active])
+        change = _solved(dual, active, free, excess[active])
         if change is None:
             return None
         force = force.copy()
@@ -520,7 +548,38 @@ def _lengths(a):
     return np.sqrt(squared(a))
 
 
-def _solved(matrix, right):
+def _solved(dual, active, free, excess):
+    """Return the changes (k,) of the forces of rows ``active`` (k,) that take away their ``excess`` (k,) at
+    velocities ``free`` (n d,); None where none do."""
+    change = dual.eliminated(active, excess)
+    if change is not None:
+        return change
+    return _by_conjugate_gradients(dual.slope(active, free), excess)
+
+
+def _eliminated(first, second, side, right):
+    """Return x (k,) with ``A A^T x = right``, the rows of A with ``-side`` (d, k) of robots ``first`` and
+    ``side`` of ``second``; None for a pivot that is too small."""
+    matrix = sum(own[:, np.newaxis] * own for own in side)
+    i, j = first[:, np.newaxis], np.where(second < 0, -2, second)[:, np.newaxis]  # nobody is the same
+    matrix *= 1.0 * (i == first) + (j == second) - (i == second) - (j == first)
+    x, pivots = right.copy(), np.empty(len(right))
+    for a in range(len(right)):
+        pivots[a] = matrix[a, a]
+        if not pivots[a] > ELIMINATED[0]:
+            return None
+        below = matrix[a + 1 :, a].copy()
+        share = below / pivots[a]
+        matrix[a + 1 :, a + 1 :] -= share[:, np.newaxis] * below
+        x[a + 1 :] -= share * x[a]
+        matrix[a + 1 :, a] = share
+    x /= pivots
+    for a in range(len(right) - 1, 0, -1):
+        x[:a] -= matrix[a, :a] * x[a]
+    return x
+
+
+def _by_conjugate_gradients(matrix, right):
     """Return x (k,) with ``matrix(x) = right``, linear and semi-definite, by conjugate gradients.
 
     None where no x has: then what is left grows without end.  They need no LAPACK, whose threads cost more
@@ -593,6 +652,17 @@ def _by_gradients(dual, force, step, sweeps, tolerance):
     return force, False
 
 
+def joined_robots(first, second, n):
+    """Return numbers (n,) of robots: the least of those that pairs ``first`` and ``second`` (k,) join."""
+    sets = np.arange(n)
+    while (sets[first] != sets[second]).any():
+        least = np.minimum(sets[first], sets[second])
+        np.minimum.at(sets, first, least)
+        np.minimum.at(sets, second, least)
+        sets = sets[sets]
+    return sets
+
+
 def _feasible_shares(velocity, rows, pressure):
     """Return the largest factors (n, 1) up to 1 by which robots may move, where something comes closer.
 
@@ -601,11 +671,7 @@ def _feasible_shares(velocity, rows, pressure):
     are left out.
     """
     joins = rows.reach(_lengths(velocity)) >= rows.limit
-    sets, first, second = np.arange(len(velocity)), rows.first[joins], rows.second[joins]
-    while (sets[first] != sets[second]).any():
-        least = np.minimum(sets[first], sets[second])
-        np.minimum.at(sets, first, least)
-        np.minimum.at(sets, second, least)
+    sets = joined_robots(rows.first[joins], rows.second[joins], len(velocity))
     counted = (rows.first != rows.second) | (rows.limit >= 0.0)
     shares = np.ones(len(velocity))
     for label in np.unique(sets):

@@ -15,7 +15,7 @@ class DeadlockDetector:
 
     def __init__(self, n):
         """``n``: the number of robots."""
-        self._since = np.full(n, np.nan)
+        self._since, self._is_any = np.full(n, np.nan), False
 
     def note(self, time, wanted, velocity, points, distance):
         """Record who is held at ``time`` [s], by what :func:`held_still` takes."""
@@ -23,8 +23,10 @@ class DeadlockDetector:
 
     def note_held(self, time, held):
         """Record which robots are ``held`` still, (n,) bool, at ``time`` [s]."""
-        if not held.any():
-            self._since[:] = np.nan
+        was, self._is_any = self._is_any, bool(held.any())
+        if not self._is_any:
+            if was:
+                self._since[:] = np.nan
             return
         begun = np.flatnonzero(self._since > time)
         self._since[begun] = np.nan  # time went back: another run

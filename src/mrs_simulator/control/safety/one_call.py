@@ -20,6 +20,7 @@ class OneCall:
     def __init__(self, control, around, way_out):
         """``around``: the ``Surroundings``; ``way_out``: the ``WayOut``, or None."""
         team, self._l, self._numbers = control.team, None, None
+        self._loop = None
         alone = way_out is not None and way_out.ramps_alone and len(team.groups) == 1
         self.fits = bool(alone and team.is_of_unicycles and team.n <= DENSE and not around.fastest)
         self.fits = self.fits and not control.runner.replaces_loop
@@ -31,8 +32,10 @@ class OneCall:
             self._scope = (period, columns_of(team.axes), *instants_of(period))
 
     def loop(self):
-        """Return the loop where it pays, else None."""
-        return same_bits(compiled_passing, WORTH, FIXED + len(self._robots[2]))
+        """Return the loop where it pays, and from then on, else None."""
+        if self._loop is None:
+            self._loop = same_bits(compiled_passing, WORTH, FIXED + len(self._robots[2]))
+        return self._loop
 
     def passed(self, loop, control, command, pose, unlimited, bounds):
         """Return the ``command`` (n, a), what the filter lets pass of it, and who is held still, (n,) bool.

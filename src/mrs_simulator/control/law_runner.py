@@ -67,8 +67,11 @@ class LawRunner:
         """Return whether the law is :meth:`pointMassLaw`."""
         return not (self.gives_twists or self.is_by_neighbours)
 
-    def commands(self, pose, time, joints, readings):
-        """Return the commands, as ``PioneerControl.commands`` does."""
+    def commands(self, pose, time, joints, readings, hand=None):
+        """Return the commands, as ``PioneerControl.commands`` does.
+
+        ``hand``: the controlled points of unicycles at ``pose``, where they are known.
+        """
         control = self._control
         if self._has_joints:
             self._set_joints(time, joints)
@@ -80,7 +83,7 @@ class LawRunner:
         if self.heights and control.dimension == 2:
             pose = pose[:, :3]
         acts = control.safety_filter.acts
-        command = self._filtered_commands(pose) if acts else self._limited_commands(pose)
+        command = self._filtered_commands(pose, hand) if acts else self._limited_commands(pose)
         if control.deadband:
             command = stilled(command, control.deadband)
         if self._has_joints:
@@ -94,14 +97,18 @@ class LawRunner:
             self._sensed = readings
             control._keep(readings=readings_by_number(control.numbers, control.SENSORS, readings))
 
-    def _filtered_commands(self, pose):
-        """Return the commands (n, a) that the safety filter lets pass, from ``pose`` (n, 3)."""
+    def _filtered_commands(self, pose, hand):
+        """Return the commands (n, a) that the safety filter lets pass, from ``pose`` (n, 3), and the points
+        ``hand`` there, None where these are not known."""
         safety, by_points = (
             self._control.safety_filter,
             not self.gives_twists and self.network is None,
         )
         if by_points and safety.limits_velocities:
-            unlimited, _ = self._wanted_velocities(pose)
+            if hand is None:
+                unlimited, _ = self._wanted_velocities(pose)
+            else:
+                unlimited = self._unlimited = self.velocities(hand, self._control.time)
             return safety.passed(None, pose, unlimited)
         command = self._limited_commands(pose)
         return safety.passed(command, pose, self._unlimited if by_points else None)

@@ -40,7 +40,10 @@ class Stepping:
         self._every, self._between = scenario.steps_per_command, scenario.steps_per_record
         control = experiment.control
         self._is_bare = is_bare(control)  # else control has the law's commands limited, and changed
-        self._by_points = self._is_bare and control.runner.is_by_points
+        safety, by_points = control.safety_filter, control.runner.is_by_points
+        self._by_points = self._is_bare and by_points
+        # Whether its law is given points, by which the filter finds commands.
+        self._is_filtered = by_points and safety.acts and safety.limits_velocities
         self._moved = None  # the ``CommandedSteps``
         self._made = None  # whether these need not be compiled
 
@@ -57,9 +60,9 @@ class Stepping:
             if step is None or not (touch or self._is_made(step)):
                 return False
             control, rates = self._experiment.control, (self._every, self._between)
-            l = control.l if self._by_points else None
+            l = control.l if self._by_points or self._is_filtered else None
             scope = control.saturation if self._is_bare else "none"
-            self._moved = CommandedSteps(self._world, step, l, scope, rates)
+            self._moved = CommandedSteps(self._world, step, l, self._by_points, scope, rates)
         return self._moved.has_room
 
     def _is_made(self, step):
@@ -103,7 +106,7 @@ class Stepping:
             if is_read:
                 reading = self._read(reading)
             if why == DUE:
-                seen, due = moved.points if self._by_points else moved.pose, True
+                seen, due = self._what(moved.pose, moved.points), True
             if why == DUE or is_read:
                 first = NOTHING
                 continue
@@ -132,21 +135,27 @@ class Stepping:
         return sensors.next_due(step)
 
     def _seen(self, pose):
-        """Return what the law sees of robots at ``pose`` (n, 3): their points (n, 2), or this."""
-        return self._experiment.control.points(pose) if self._by_points else pose
+        """Return what the law sees of robots at ``pose`` (n, 3): their points (n, 2), or this, or both."""
+        points = self._experiment.control.points
+        return self._what(pose, points(pose) if self._by_points or self._is_filtered else None)
+
+    def _what(self, pose, points):
+        return (pose, points) if self._is_filtered else points if self._by_points else pose
 
     def _asked(self, seen):
         """Return what the law wants (n, 2), velocities of points or commands, or its commands as control
         has them; where it raises, the world is there."""
         sensors, control = self._experiment.sensors, self._experiment.control
-        runner = control.runner
-        law = runner.velocities if self._by_points else runner.unlimited_commands
-        if not self._is_bare:
-            law, seen = control.commands, np.array(seen, order="F")  # the filter may keep them
+        runner, time = control.runner, self._moved.time
         if not sensors.is_idle:
-            runner.sense(sensors.readings(self._moved.time))
+            runner.sense(sensors.readings(time))
         try:
-            return law(seen, self._moved.time)
+            if self._is_filtered:
+                return runner.commands(np.array(seen[0], order="F"), time, None, None, seen[1])
+            if not self._is_bare:
+                return control.commands(np.array(seen, order="F"), time)  # the filter may keep them
+            law = runner.velocities if self._by_points else runner.unlimited_commands
+            return law(seen, time)
         except BaseException:
             self._give_back()
             raise

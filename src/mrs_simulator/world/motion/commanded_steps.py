@@ -49,8 +49,8 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
     done first.  ``state``: ``counts``, ``numbers``, poses (2, 3, n), inner velocities (2, 2, n) and
     headings' cosines and sines (2, 2, n), two buffers of each, where robots were last looked at (2, n), and
     the command in force (2, n).  ``wanted``: of the points velocities (2, n) and arms (n,) [m], or without
-    arms (0,) commands; the limits of commands (2, n), their scope, a row of ``SCOPES``; filled: the points
-    (2, n), where a command is due.
+    arms (0,) commands; the limits of commands (2, n), their scope, a row of ``SCOPES``; arms (n,) [m] of the
+    points that are wanted where a command is due, or (0,) for none, and these (2, n), filled.
     ``given`` to ``pairs`` as ``step_all`` has them; ``noted``: what :func:`note` fills; ``kept`` (m, 5, n):
     samples, filled.
     """
@@ -116,7 +116,7 @@ def head(counts, poses, turns):
 
 def place(counts, poses, turns, wanted):
     """Fill in the points, as ``Team.point`` does; none without arms."""
-    here, arm, points = counts[STATE], wanted[1], wanted[4]
+    here, arm, points = counts[STATE], wanted[4], wanted[5]
     if len(arm):
         head(counts, poses, turns)
     for axis in range(2):
@@ -129,7 +129,7 @@ def map_wanted(wanted, turned, command):
 
     As ``Team.command`` and ``Team.saturated`` do.  Return whether that can be: else nothing is changed.
     """
-    u, arm, top, scope, _ = wanted
+    u, arm, top, scope = wanted[:4]
     n, odd, worst = u.shape[1], 0, 1.0
     mapped, excess = u.copy(), np.empty(n)
     cos, sin = turned[0], turned[1]
@@ -205,10 +205,10 @@ class CommandedSteps:
         alike = getattr(motion, "is_of_unicycles", False) and world.can_fuse(every) and n > 1
         return alike and bool((world.team.limits.of_all(n).top > 0.0).all())
 
-    def __init__(self, world, step, l, saturation, rates):
-        """``step``: the compiled :func:`steps_between`; ``l`` [m]: the hand length, None where commands are
-        given; ``saturation``: one of ``SCOPES``; ``rates``: after how many steps there is a command, and a
-        sample."""
+    def __init__(self, world, step, l, by_points, saturation, rates):
+        """``step``: the compiled :func:`steps_between`; ``l`` [m]: the hand length, None for no points;
+        ``by_points``: whether velocities of these are given, not commands; ``saturation``: one of
+        ``SCOPES``; ``rates``: after how many steps there is a command, and a sample."""
         n = world.n
         self._world, self._step, self._rates = world, step, rates
         self._step_size = world.step_size
@@ -225,7 +225,8 @@ class CommandedSteps:
             self._counts, self._numbers, self._poses, self._inners, self._turns, self._looked,
             self._command,
         )  # fmt: skip
-        self._given = self._wanted, arms, top, SCOPES.index(saturation), np.empty((2, n))
+        mapped = arms if by_points else np.empty(0)
+        self._given = self._wanted, mapped, top, SCOPES.index(saturation), arms, np.empty((2, n))
         self._noted = np.empty((2, 2, n), np.int64), np.empty((3, n), np.int64), np.empty((2, n))
         self._commanded = None  # the step of the last command
         self.is_on = False  # whether the world waits for :meth:`end`
@@ -275,13 +276,13 @@ class CommandedSteps:
         """
         if first == COMMAND:
             wanted = wanted.T
-            if not wanted.flags.carray:  # as the compiled steps take it
+            if not (wanted.flags.carray and wanted.dtype == float):  # as the compiled steps take it
                 self._wanted[:] = wanted
                 wanted = self._wanted
             self._given = (wanted, *self._given[1:])
         (every, between), (limits, size, reach), tried = self._rates, self._moving, -1
         while True:
-            if len(self._given[1]):  # points are new each time: a law may keep them
+            if len(self._given[4]):  # points are new each time: a law may keep them
                 self._given = (*self._given[:-1], np.empty_like(self._wanted))
             now = self.now
             given = (

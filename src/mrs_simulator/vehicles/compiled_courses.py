@@ -111,17 +111,25 @@ def travel(inner, target, rate, time, step, ways, mean):
 def turn(omega, heading, steps, angles):
     """Fill ``angles`` (6, k, r): turns, middle headings, what sines are taken of for shorter ways, [rad],
     and cosine and sine of the second, sine of the third."""
-    total, of, size = np.zeros(len(heading)), angles.reshape(-1), angles[0].size
+    total, of, size, turned = np.zeros(len(heading)), angles.reshape(-1), angles[0].size, 0
     for k in range(len(steps)):
-        turns, middle, short = angles[0, k], angles[1, k], angles[2, k]
+        turns, middle, short, odd = angles[0, k], angles[1, k], angles[2, k], 0
         for r in range(len(heading)):
             own = omega[k, r] * steps[k]
             total[r] += own
             share = own / (2.0 * np.pi)
             turns[r], middle[r] = own, heading[r] + total[r] - 0.5 * own
             short[r] = np.pi * (1e-20 if share == 0.0 else share)
-    cosines(of[size : 2 * size], of[3 * size : 4 * size])
-    sines(of[size : 3 * size], of[4 * size :])
+            odd += share != 0.0
+        turned = k + 1 if odd else turned
+    last = min(turned, len(steps) - 1)  # from where on angles stay the same
+    some = (last + 1) * len(heading)
+    cosines(of[size : size + some], of[3 * size : 3 * size + some])
+    sines(of[size : size + some], of[4 * size : 4 * size + some])
+    sines(of[2 * size : 2 * size + some], of[5 * size : 5 * size + some])
+    for k in range(last + 1, len(steps)):
+        for axis in range(3, 6):
+            angles[axis, k] = angles[axis, last]
 
 
 def move(mean, steps, angles, start, rows, east, north):

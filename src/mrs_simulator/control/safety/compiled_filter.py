@@ -31,23 +31,23 @@ class Loops(NamedTuple):
 def near_pairs(seen, bound):
     """Return the rows of pairs whose squared distance is below ``bound`` [m^2], (m,) and (m,)."""
     n, d = seen.shape
-    first = np.empty(n * (n - 1) // 2, dtype=np.int64)
+    first = np.empty(n * (n - 1) // 2 + 8, dtype=np.int64)
     second, m, all_are, columns = np.empty_like(first), 0, bound == np.inf, np.zeros((3, n))
     columns[:d] = seen.T
     x, y, z = columns[0], columns[1], columns[2]
     close = np.zeros((n + 7) // 8 * 8, dtype=np.uint8)
     eights = close.view(np.uint64)  # few of them have one that is near
     for i in range(n):
+        own, other, high = x[i], y[i], z[i]
         for j in range(n):
-            east, north, up = x[j] - x[i], y[j] - y[i], z[j] - z[i]
+            east, north, up = x[j] - own, y[j] - other, z[j] - high
             close[j] = (east * east + north * north + up * up < bound) | all_are
         close[: i + 1] = 0
         for k in range((i + 1) // 8, len(eights)):
-            if not eights[k]:
-                continue
-            for j in range(8 * k, min(8 * k + 8, n)):
-                first[m], second[m] = i, j  # without a branch, which would be guessed wrong
-                m += close[j]
+            if eights[k]:
+                for j in range(8 * k, 8 * k + 8):
+                    first[m], second[m] = i, j  # without a branch, which would be guessed wrong
+                    m += close[j]
     return first[:m], second[:m]
 
 
@@ -165,30 +165,25 @@ def turn_aside(wanted, seen, distance, first, second, heeds, squares, met, size,
 
     ``squares`` (m,) [m^2]: of distances of all pairs; ``size`` (n,) [m/s]: of wanted velocities.
     """
-    towards, back = np.zeros(len(met)), np.zeros(len(met))
-    for axis in range(seen.shape[1]):
-        for a in range(len(met)):
-            i, j = first[met[a]], second[met[a]]
-            apart = seen[i, axis] - seen[j, axis]
-            towards[a] += -apart * wanted[i, axis]
-            back[a] += apart * wanted[j, axis]
     for a in range(len(met)):
         i, j = first[met[a]], second[met[a]]
+        x, y = seen[i, 0] - seen[j, 0], seen[i, 1] - seen[j, 1]
+        towards = -x * wanted[i, 0] + -y * wanted[i, 1]
+        back = x * wanted[j, 0] + y * wanted[j, 1]
+        for axis in range(2, seen.shape[1]):  # in space
+            z = seen[i, axis] - seen[j, axis]
+            towards, back = towards + -z * wanted[i, axis], back + z * wanted[j, axis]
         needed = distance[i, j] if len(distance) > 1 else distance[0, 0]
         far = np.sqrt(squares[met[a]])
         far = far if far > 1e-9 else 1e-9
         close = (heeds - far / needed) / (heeds - 1.0)
         close = close if close > 0.0 else 0.0
         close = (close if close < 1.0 else 1.0) / far
-        own, other = (
-            size[i] if size[i] > 1e-300 else 1e-300,
-            size[j] if size[j] > 1e-300 else 1e-300,
-        )
-        towards[a], back[a] = close * (towards[a] / own), close * (back[a] / other)
-    for a in range(len(met)):
-        i, j = first[met[a]], second[met[a]]
-        share[i] = towards[a] if towards[a] > share[i] else share[i]
-        share[j] = back[a] if back[a] > share[j] else share[j]
+        own = size[i] if size[i] > 1e-300 else 1e-300
+        other = size[j] if size[j] > 1e-300 else 1e-300
+        towards, back = close * (towards / own), close * (back / other)
+        share[i] = towards if towards > share[i] else share[i]
+        share[j] = back if back > share[j] else share[j]
 
 
 def solve(wanted, first, second, side, limit, alone, near, speed, accuracy):

@@ -433,15 +433,6 @@ def surround(east, north, room, renewed, reach):
                 own[k] = room[i, k] + np.sqrt(move_x * move_x + move_y * move_y) + ROUNDED
 
 
-def are_near(east, north, reach, i, j):
-    """Return whether robots i and j get within ``reach`` of each other; if not, they do not touch."""
-    count = 0
-    for k in range(reach.shape[1]):
-        x, y, both = east[i, k] - east[j, k], north[i, k] - north[j, k], reach[i, k] + reach[j, k]
-        count += 1 if x * x + y * y < both * both else 0
-    return count > 0
-
-
 def stop(level, renewed, east, north, room, reach, first, second):
     """Raise the ``level`` (n,) of robots of pairs that may touch; return whether any was raised.
 
@@ -456,7 +447,15 @@ def stop(level, renewed, east, north, room, reach, first, second):
             continue
         if stops[i] and stops[j]:
             continue
-        if are_near(east, north, reach, i, j) and touch(east, north, room, i, j):
+        near = 0
+        for k in range(reach.shape[1]):
+            x, y, both = (
+                east[i, k] - east[j, k],
+                north[i, k] - north[j, k],
+                reach[i, k] + reach[j, k],
+            )
+            near += x * x + y * y < both * both
+        if near and touch(east, north, room, i, j):  # only then may they touch
             stops[i] = stops[j] = True
     raised = False
     for i in range(n):

@@ -561,7 +561,10 @@ def _eliminated(first, second, side, right):
     """Return x (k,) with ``A A^T x = right``, the rows of A with ``-side`` (d, k) of robots ``first`` and
     ``side`` of ``second``; None for a pivot that is too small."""
     matrix = sum(own[:, np.newaxis] * own for own in side)
-    i, j = first[:, np.newaxis], np.where(second < 0, -2, second)[:, np.newaxis]  # nobody is the same
+    i, j = (
+        first[:, np.newaxis],
+        np.where(second < 0, -2, second)[:, np.newaxis],
+    )  # nobody is the same
     matrix *= 1.0 * (i == first) + (j == second) - (i == second) - (j == first)
     x, pivots = right.copy(), np.empty(len(right))
     for a in range(len(right)):

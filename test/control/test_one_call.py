@@ -254,3 +254,15 @@ def test_it_is_compiled_once_that_pays_and_its_parts_are_not(monkeypatch):
     assert all(
         each.__name__ == "<lambda>" for each in compiling._asked if "filter" in each.__module__
     )
+
+
+def test_who_is_held_still_is_noted_as_by_numpy(monkeypatch):
+    draw, since = np.random.default_rng(1), np.full(4, np.nan)
+    detector = deadlock_detector.DeadlockDetector(4)
+    for time in (0.5, 1.0, 1.5, 2.0, 0.0, 0.5, 1.0):  # it goes back: another run
+        held = draw.uniform(size=4) < 0.7
+        monkeypatch.setattr(deadlock_detector, "held_still", lambda *_, held=held: held)
+        detector.note(time, None, None, None, None)
+        compiled_passing.note_held(held, since, time)
+        np.testing.assert_array_equal(since, detector.since)
+    assert np.isfinite(since).any() and np.isnan(since).any()

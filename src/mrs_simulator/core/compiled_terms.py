@@ -103,6 +103,7 @@ def linked(function, compile_, made=None):
     same = types.FunctionType(
         code, scope, function.__name__, function.__defaults__, function.__closure__
     )
+    same.__dict__.update(function.__dict__)
     made[function] = compile_(same)
     return made[function]
 

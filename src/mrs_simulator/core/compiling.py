@@ -213,7 +213,12 @@ def jit(cache=False, **options):
         if find_spec("numba") is not None:
             text = "numba cannot be imported: {}".format(error)
         raise NotInstalled(text) from None
-    compile_ = numba.njit(fastmath=False, error_model="numpy", **options)
+
+    def compile_(function):
+        inline = "always" if hasattr(function, "inlined") else "never"
+        given = dict(fastmath=False, error_model="numpy", inline=inline, **options)
+        return numba.njit(**given)(function)
+
     if not cache:
         return compile_
     keep = numba.njit(fastmath=False, error_model="numpy", cache=True, **options)
@@ -225,6 +230,15 @@ def jit(cache=False, **options):
             return compile_(function)
 
     return kept
+
+
+def inlined(function):
+    """Mark a ``function`` to become part of those that call it, where numba compiles these.
+
+    A call takes some 5 ns of each array, which counts where it is made for each robot or pair.
+    """
+    function.inlined = True
+    return function
 
 
 def entry_of(compiled, arguments):

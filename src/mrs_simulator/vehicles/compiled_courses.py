@@ -10,6 +10,7 @@ import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
 from mrs_simulator.core.compiled_terms import kept
+from mrs_simulator.core.compiling import inlined
 
 
 class Loops(NamedTuple):
@@ -70,6 +71,7 @@ def roll(states, rates, columns, heading, start, times, renewed, found):
     bend(ends, steps, angles[0], holding, rows, aside, fastest)
 
 
+@inlined
 def gather(begin, end, rates, rows, axis, column):
     """Fill ``column`` (3, r) with what the robots ``rows`` (r,) have along an ``axis``."""
     for k in range(len(rows)):
@@ -89,6 +91,7 @@ def ramp(column, times, mean, after):
         before = times[k]
 
 
+@inlined
 def reach(inner, target, rate, time, after):
     """Fill ``after`` (r,) with the states at ``time`` [s]."""
     for r in range(len(inner)):
@@ -96,6 +99,7 @@ def reach(inner, target, rate, time, after):
         after[r] = inner[r] + np.copysign(np.minimum(rate[r] * time, np.abs(change)), change)
 
 
+@inlined
 def travel(inner, target, rate, time, step, ways, mean):
     """Fill ``mean`` (r,) over the ``step`` [s] up to ``time`` [s]; ``ways`` (r,) are those to its end."""
     for r in range(len(inner)):
@@ -144,6 +148,7 @@ def move(mean, steps, angles, start, rows, east, north):
             east[i, k + 1], north[i, k + 1] = start[i, 0] + way[0, r], start[i, 1] + way[1, r]
 
 
+@inlined
 def go(ahead, across, angles, k, step, along, up):
     """Let ``along`` and ``up`` (r,) [m] grow by the ways of the k-th ``step`` [s]."""
     short, cos, sin, sines = angles[2, k], angles[3, k], angles[4, k], angles[5, k]
@@ -177,12 +182,14 @@ def bend(ends, steps, turns, holding, rows, aside, fastest):
         fastest[rows[r]] = most
 
 
+@inlined
 def level(ahead, across, speed):
     """Fill ``speed`` (r,) [m/s] with that in the plane of velocities ``ahead`` and ``across``."""
     for r in range(len(speed)):
         speed[r] = np.sqrt(ahead[r] * ahead[r] + across[r] * across[r])
 
 
+@inlined
 def stray(ends, speed, k, turns, step, wrong, aside):
     """Fill ``aside`` (r,) [m] over the k-th ``step`` [s]; let ``wrong`` (r,) [m] grow by what chords take
     for granted."""

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.compiled_terms import kept
+from mrs_simulator.core.compiling import inlined
 
 NEVER = 1e300  # [m/s] that no row reaches: with infinity its product with 0 would be no number
 
@@ -111,6 +112,7 @@ def limits_of(apart, length, needed, terms, braking, waits, slow):
     return size, limit
 
 
+@inlined
 def square(a, k):
     """Return the squared length of row ``k`` of ``a`` (m, d)."""
     total = 0.0
@@ -249,6 +251,7 @@ def nearest(begun, rows, limit, near, speed, accuracy):
     return within_caps(free, speed) if len(speed) else free
 
 
+@inlined
 def acting(force):
     """Return where ``force`` (m,) is not 0, which are few."""
     found, count = np.empty(len(force), dtype=np.int64), 0
@@ -273,6 +276,7 @@ def push(begun, rows, force, acts, free):
             values[i] = begun[axis, i] - values[i]
 
 
+@inlined
 def velocitys_length(free, i):
     """Return the length of the velocity of robot ``i`` in ``free`` (d, n)."""
     total = 0.0
@@ -362,6 +366,7 @@ def by_newton(begun, rows, most, speed, force, free, steps, limits):
     return False
 
 
+@inlined
 def summed(a, b):
     """Return the sum of the products of ``a`` and ``b`` (k,), one after the other."""
     total = a[0] * b[0]
@@ -468,6 +473,7 @@ def in_sets(first, second, n):
     return order, ends[:count]
 
 
+@inlined
 def origin(least, i):
     """Return the least robot that is joined to robot ``i``; ``least`` (n,) leads there."""
     while least[i] != i:
@@ -510,6 +516,7 @@ def eliminate(its, robots, own, pairs, right, pivot, work, x):
     return True
 
 
+@inlined
 def products(a, first, second, sides, row):
     """Fill ``row`` (k,) up to ``a`` with the products of row ``a`` with these; return the first that is
     not 0."""
@@ -531,6 +538,7 @@ def products(a, first, second, sides, row):
     return start
 
 
+@inlined
 def along(own, a, b):
     """Return the inner product of columns ``a`` and ``b`` of ``own`` (d, k)."""
     total = 0.0
@@ -652,6 +660,7 @@ def meet(east, north, room, first, second):
     return hit
 
 
+@inlined
 def touch(east, north, room, i, j):
     """Return whether robots i and j may touch on their courses, as ``meet`` has them."""
     count = 0

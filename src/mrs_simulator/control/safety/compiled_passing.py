@@ -57,15 +57,16 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     """Fill ``passed`` (2, n) with the ``command`` (2, n) as the filter lets it pass at ``pose`` (3, n).
 
     ``unlimited`` (n, 2) [m/s], or (0, 2) for None; ``known``: what was before, inner states (n, 2), command
-    (2, n) and speeds (n,), and for how many seconds, below 0 for robots at rest;
+    (2, n) and speeds (n,), and for how many seconds, below 0 for robots at rest; since when robots are held
+    still, (n,), as ``DeadlockDetector`` has it, which is noted, and the time [s];
     ``robots``: as ``OneCall`` lists them; ``kept_apart``: distances (n, n), or (1, 1) for one of all, what
     ``most_distant`` takes of them, caps (n,) [m/s], or (0,) for none, and these or limits, whichever is
     less; ``bounds``: those of ``Bounds`` that stand; ``scope``: the points' lead l [m], the period [s], and
     columns, instants and shares of courses; ``limits``: ``GIVEN``, or else which of ``SATURATIONS`` limit
     the ``command``, which is filled, then, from ``unlimited``.
 
-    Returns ``ODD``, ``STAND``, or ``FREE`` if the command leaves a way out, the inner states, the speeds,
-    and which robots are held still, (n,) bool.
+    Returns ``ODD``, ``STAND``, or ``FREE`` if the command leaves a way out, the inner states and the
+    speeds.
     """
     n, (lead, period, columns, instants, brakes) = pose.shape[1], scope
     top, rates, fastest, radii, slowness, late, waits = robots
@@ -74,7 +75,7 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     cosines(pose[2], cos)
     sines(pose[2], sin)
     if limits != GIVEN and not limit(unlimited, cos, sin, lead, top, limits, command):
-        return ODD, known[0], known[2], np.empty(0, dtype=np.bool_)
+        return ODD, known[0], known[2]
     points, given = np.empty((n, 2)), velocities(command, cos, sin, lead)
     for i in range(n):
         points[i, 0], points[i, 1] = pose[0, i] + lead * cos[i], pose[1, i] + lead * sin[i]
@@ -88,7 +89,7 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     ways = braking_ways(passed, speeds, fastest, period, slowness, late)
     for k in range(len(bounds[0])):
         if bounds[2][k] < ways[bounds[0][k]]:
-            return STAND, inner, speeds, np.empty(0, dtype=np.bool_)
+            return STAND, inner, speeds
     first, second = meeting(pose, radii, ways, lead, pairs)
     if len(first):
         states, times = (inner, top, rates), (period, columns, instants, brakes)
@@ -97,7 +98,8 @@ def pass_all(pose, command, unlimited, known, robots, kept_apart, bounds, scope,
     if len(first):
         let(passed, pose, states, radii, times, first, second)
     done = velocities(passed, cos, sin, lead)
-    return FREE, inner, speeds, held_still(given, done, points, distance)
+    note_held(held_still(given, done, points, distance), *known[4:])
+    return FREE, inner, speeds
 
 
 def limit(velocity, cos, sin, lead, top, scope, command):
@@ -251,7 +253,7 @@ def turned_away(command, given, wanted, velocity, speed, cos, sin, lead, top, pa
 
 def foreseen(known, top, rates):
     """Return the inner states (n, 2) and the speeds (n,) [m/s] now, as ``WayOut`` knows them."""
-    inner, command, speeds, seconds = known
+    inner, command, speeds, seconds = known[:4]
     if seconds < 0.0:
         return np.zeros(inner.shape), np.zeros(len(speeds))
     if seconds == 0.0:
@@ -484,6 +486,14 @@ def held_still(wanted, done, points, distance):
                 held[i] = False
                 break
     return held
+
+
+def note_held(held, since, time):
+    """Note in ``since`` (n,) which robots are ``held`` still, (n,) bool, at ``time`` [s], as
+    ``DeadlockDetector.note``."""
+    for i in range(len(held)):
+        known = since[i] <= time  # else it was not held, or time went back
+        since[i] = (since[i] if known else time) if held[i] else np.nan
 
 
 @functools.lru_cache(maxsize=None)

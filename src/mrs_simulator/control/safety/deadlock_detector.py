@@ -15,27 +15,18 @@ class DeadlockDetector:
 
     def __init__(self, n):
         """``n``: the number of robots."""
-        self._since, self._is_any = np.full(n, np.nan), False
+        self.since = np.full(n, np.nan)  # [s] when each was held, nan where it is not
 
     def note(self, time, wanted, velocity, points, distance):
         """Record who is held at ``time`` [s], by what :func:`held_still` takes."""
-        self.note_held(time, held_still(wanted, velocity, points, distance))
-
-    def note_held(self, time, held):
-        """Record which robots are ``held`` still, (n,) bool, at ``time`` [s]."""
-        was, self._is_any = self._is_any, bool(held.any())
-        if not self._is_any:
-            if was:
-                self._since[:] = np.nan
-            return
-        begun = np.flatnonzero(self._since > time)
-        self._since[begun] = np.nan  # time went back: another run
-        self._since = np.where(held, np.fmin(self._since, time), np.nan)
+        held = held_still(wanted, velocity, points, distance)
+        self.since[self.since > time] = np.nan  # time went back: another run
+        self.since[:] = np.where(held, np.fmin(self.since, time), np.nan)
 
     def rows(self, time):
         """Return ``(row, since [s])`` of the robots held for ``PATIENCE`` at ``time`` [s], a list."""
-        rows = np.flatnonzero(time - self._since >= PATIENCE)
-        return [(int(row), float(self._since[row])) for row in rows]
+        rows = np.flatnonzero(time - self.since >= PATIENCE)
+        return [(int(row), float(self.since[row])) for row in rows]
 
 
 def held_still(wanted, velocity, points, distance):

@@ -37,31 +37,32 @@ class OneCall:
             self._loop = same_bits(compiled_passing, WORTH, FIXED + len(self._robots[2]))
         return self._loop
 
-    def passed(self, loop, control, command, pose, unlimited, bounds):
-        """Return the ``command`` (n, a), what the filter lets pass of it, and who is held still, (n,) bool.
+    def passed(self, loop, control, command, pose, unlimited, bounds, since):
+        """Return the ``command`` (n, a), what the filter lets pass of it, and whether that is all.
 
-        None instead of the last where something that stands may be in a robot's way: then the command has
-        still to leave a way out.  ``command``: None for what limits leave of ``unlimited``; ``bounds``:
-        those that do not come.
+        Not where something that stands may be in a robot's way: then the command has still to leave a way
+        out.  ``command``: None for what limits leave of ``unlimited``; ``bounds``: those that do not come;
+        ``since`` (n,) [s]: of the ``DeadlockDetector``, which is noted.
         """
         way_out, time = control.safety_filter.way_out, control.time
         inner, given, speeds, seconds = way_out.known(time)
         kept, result = self._kept(control), np.empty((2, len(pose)))
         known = np.ascontiguousarray(inner), np.ascontiguousarray(given.T), speeds, float(seconds)
+        known = *known, since, float(time)
         scope = GIVEN if command is not None else SATURATIONS.index(control.saturation)
         command = np.empty((len(pose), 2), order="F") if command is None else command
         given = [np.ascontiguousarray(each) for each in (pose[:, :3].T, command.T)]
         given.append(ANY if unlimited is None else np.ascontiguousarray(unlimited, dtype=float))
         around = bounds.robot, np.ascontiguousarray(bounds.way_out), bounds.gap, bounds.turns
         given += [known, self._robots, kept, around, (self._l, *self._scope), scope, result]
-        end, inner, speeds, held = loop(*given)
+        end, inner, speeds = loop(*given)
         if end == ODD:  # which raises, or does what the loop does not
             limited = control.runner.limited_command(unlimited, pose)
-            return self.passed(loop, control, limited, pose, unlimited, bounds)
+            return self.passed(loop, control, limited, pose, unlimited, bounds, since)
         if end != FREE:
-            return command, result.T, None
+            return command, result.T, False
         way_out.note(inner, result.T.copy(order="F"), speeds, time)
-        return command, result.T, held
+        return command, result.T, True
 
     def _kept(self, control):
         """Return the distances that are kept, their ends and the worst brakes, and caps of speeds."""

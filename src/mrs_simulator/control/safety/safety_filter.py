@@ -81,10 +81,9 @@ class SafetyFilter:
             points = control.points(pose)
             bounds = self.bounds(points)
         given = pose, unlimited, bounds
-        command, passed, held = self._one_call.passed(loop, control, command, *given)
-        if held is not None:
-            self._deadlocks.note_held(control.time, held)
-        else:
+        given = *given, self._deadlocks.since
+        command, passed, done = self._one_call.passed(loop, control, command, *given)
+        if not done:
             given = pose, control.joints, control.l, control.period
             wanted = control.team.velocity(command, *given)
             passed = self._with_way_out(passed, pose, bounds.least(len(pose)))

@@ -49,8 +49,8 @@ def steps_between(plan, state, wanted, given, step, reach, pairs, noted, kept):
     done first.  ``state``: ``counts``, ``numbers``, poses (2, 3, n), inner velocities (2, 2, n) and
     headings' cosines and sines (2, 2, n), two buffers of each, where robots were last looked at (2, n), and
     the command in force (2, n).  ``wanted``: of the points velocities (2, n) and arms (n,) [m], or without
-    arms (0,) commands; the limits of commands (2, n), their scope, a row of ``SCOPES``; arms (n,) [m] of the
-    points that are wanted where a command is due, or (0,) for none, and these (2, n), filled.
+    arms (0,) commands; the limits of commands (2, n), their scope, a row of ``SCOPES``; arms (n,) [m] of
+    the points that are wanted where a command is due, or (0,) for none, and these (2, n), filled.
     ``given`` to ``pairs`` as ``step_all`` has them; ``noted``: what :func:`note` fills; ``kept`` (m, 5, n):
     samples, filled.
     """

@@ -4,6 +4,8 @@ Nothing: no other robot, and where a scenario says so no obstacle and no border 
 """
 
 import functools
+import heapq
+import operator
 from typing import NamedTuple
 
 import numpy as np
@@ -467,27 +469,18 @@ class _Dual:
         """Return the changes (k,) of the forces of ``rows`` (k,) that take away their ``excess`` (k,), by
         elimination.
 
-        Row by row, and in each set of rows that share robots, directly or by others, for itself.  None
-        where velocities have caps, a set has too many rows, or one depends on others.
+        None where velocities have caps, too many rows are joined by robots, or one depends on others.
         """
         if self._speed is not None:
             return None
         own = self._rows
-        first, second, side = own.first[rows], own.second[rows].copy(), -own.of_first[rows]
-        sets = joined_robots(first, second, self.n)[first]
         single = rows >= len(own.limit) - own.alone
-        second[single] = -1  # nobody
-        size = squared(side)
-        change, counts = excess / np.where(single, size, size + size), np.bincount(sets)
-        if counts.max() > ELIMINATED[1]:
+        first, second = own.first[rows].tolist(), np.where(single, -1, own.second[rows]).tolist()
+        if _largest_set(first, second) > ELIMINATED[1]:
             return None
-        for label in np.flatnonzero(counts > 1):
-            its = np.flatnonzero(sets == label)
-            found = _eliminated(first[its], second[its], side[its].T, excess[its])
-            if found is None:
-                return None
-            change[its] = found
-        return change
+        side = (-own.of_first[rows]).tolist()
+        change = _eliminated(list(zip(first, second)), side, excess.tolist())
+        return None if change is None else np.array(change)
 
     def _slope_of_caps(self, free):
         """Return a function of changes (n d,) of velocities ``free``: those within the caps.
@@ -557,29 +550,67 @@ def _solved(dual, active, free, excess):
     return _by_conjugate_gradients(dual.slope(active, free), excess)
 
 
-def _eliminated(first, second, side, right):
-    """Return x (k,) with ``A A^T x = right``, the rows of A with ``-side`` (d, k) of robots ``first`` and
-    ``side`` of ``second``; None for a pivot that is too small."""
-    matrix = sum(own[:, np.newaxis] * own for own in side)
-    i, j = (
-        first[:, np.newaxis],
-        np.where(second < 0, -2, second)[:, np.newaxis],
-    )  # nobody is the same
-    matrix *= 1.0 * (i == first) + (j == second) - (i == second) - (j == first)
-    x, pivots = right.copy(), np.empty(len(right))
-    for a in range(len(right)):
-        pivots[a] = matrix[a, a]
-        if not pivots[a] > ELIMINATED[0]:
+def _largest_set(first, second):
+    """Return how many rows of robots ``first`` and ``second`` (k), -1 for none, robots join at most."""
+    least, counts = {}, {}
+
+    def origin(robot):
+        while least.setdefault(robot, robot) != robot:
+            robot = least[robot]
+        return robot
+
+    for i, j in zip(first, second):
+        i = origin(i)
+        j = i if j < 0 else origin(j)
+        least[max(i, j)] = min(i, j)
+    for i in map(origin, first):
+        counts[i] = counts.get(i, 0) + 1
+    return max(counts.values(), default=0)
+
+
+def _eliminated(ends, side, right):
+    """Return x (k) with ``A A^T x = right`` (k), in lists; None for a pivot that is too small.
+
+    ``A`` has, of two robots (k, 2), ``-side`` (k, d) of the first and ``side`` of the second, -1 for none.
+    Few of the products of rows are not 0, and numpy would take longer for each of so few.
+    """
+    by_robot, columns = {}, [[] for _ in right]  # rows so far, and what is below each pivot
+    shares, pivots, x = [], [], []
+    for a, (first, second) in enumerate(ends):
+        row, own, value, size = {}, [], right[a], _product(side[a], side[a])
+        for robot, sign in ((first, 1.0), (second, -1.0))[: 1 if second < 0 else 2]:
+            for b, other in by_robot.setdefault(robot, []):
+                row[b] = row.get(b, 0.0) + sign * other * _product(side[a], side[b])
+            by_robot[robot].append((a, sign))
+        pivot, waiting = size if second < 0 else size + size, sorted(row)
+        while waiting:
+            b = heapq.heappop(waiting)
+            product = row[b]
+            if product == 0.0:
+                continue
+            share = product / pivots[b]
+            for c, below in columns[b]:
+                if c not in row:
+                    heapq.heappush(waiting, c)
+                row[c] = row.get(c, 0.0) - share * below
+            pivot, value = pivot - share * product, value - share * x[b]
+            columns[b].append((a, product))
+            own.append((b, share))
+        if not pivot > ELIMINATED[0]:
             return None
-        below = matrix[a + 1 :, a].copy()
-        share = below / pivots[a]
-        matrix[a + 1 :, a + 1 :] -= share[:, np.newaxis] * below
-        x[a + 1 :] -= share * x[a]
-        matrix[a + 1 :, a] = share
-    x /= pivots
-    for a in range(len(right) - 1, 0, -1):
-        x[:a] -= matrix[a, :a] * x[a]
+        shares.append(own)
+        pivots.append(pivot)
+        x.append(value)
+    x = [value / pivot for value, pivot in zip(x, pivots)]
+    for a in range(len(x) - 1, 0, -1):
+        for b, share in shares[a]:
+            x[b] -= share * x[a]
     return x
+
+
+def _product(a, b):
+    """Return the inner product of a and b (d)."""
+    return sum(map(operator.mul, a, b))
 
 
 def _by_conjugate_gradients(matrix, right):
@@ -655,17 +686,6 @@ def _by_gradients(dual, force, step, sweeps, tolerance):
     return force, False
 
 
-def joined_robots(first, second, n):
-    """Return numbers (n,) of robots: the least of those that pairs ``first`` and ``second`` (k,) join."""
-    sets = np.arange(n)
-    while (sets[first] != sets[second]).any():
-        least = np.minimum(sets[first], sets[second])
-        np.minimum.at(sets, first, least)
-        np.minimum.at(sets, second, least)
-        sets = sets[sets]
-    return sets
-
-
 def _feasible_shares(velocity, rows, pressure):
     """Return the largest factors (n, 1) up to 1 by which robots may move, where something comes closer.
 
@@ -674,7 +694,11 @@ def _feasible_shares(velocity, rows, pressure):
     are left out.
     """
     joins = rows.reach(_lengths(velocity)) >= rows.limit
-    sets = joined_robots(rows.first[joins], rows.second[joins], len(velocity))
+    sets, first, second = np.arange(len(velocity)), rows.first[joins], rows.second[joins]
+    while (sets[first] != sets[second]).any():
+        least = np.minimum(sets[first], sets[second])
+        np.minimum.at(sets, first, least)
+        np.minimum.at(sets, second, least)
     counted = (rows.first != rows.second) | (rows.limit >= 0.0)
     shares = np.ones(len(velocity))
     for label in np.unique(sets):

@@ -44,6 +44,7 @@ class Stepping:
         self._by_points = self._is_bare and by_points
         # Whether its law is given points, by which the filter finds commands.
         self._is_filtered = by_points and safety.acts and safety.limits_velocities
+        self._sees_points = self._by_points or self._is_filtered
         self._moved = None  # the ``CommandedSteps``
         self._made = None  # whether these need not be compiled
 
@@ -60,7 +61,7 @@ class Stepping:
             if step is None or not (touch or self._is_made(step)):
                 return False
             control, rates = self._experiment.control, (self._every, self._between)
-            l = control.l if self._by_points or self._is_filtered else None
+            l = control.l if self._sees_points else None
             scope = control.saturation if self._is_bare else "none"
             self._moved = CommandedSteps(self._world, step, l, self._by_points, scope, rates)
         return self._moved.has_room
@@ -106,7 +107,9 @@ class Stepping:
             if is_read:
                 reading = self._read(reading)
             if why == DUE:
-                seen, due = self._what(moved.pose, moved.points), True
+                due, seen = True, moved.pose
+                if self._sees_points:
+                    seen = self._with_points(seen, moved.points)
             if why == DUE or is_read:
                 first = NOTHING
                 continue
@@ -136,11 +139,12 @@ class Stepping:
 
     def _seen(self, pose):
         """Return what the law sees of robots at ``pose`` (n, 3): their points (n, 2), or this, or both."""
-        points = self._experiment.control.points
-        return self._what(pose, points(pose) if self._by_points or self._is_filtered else None)
+        if not self._sees_points:
+            return pose
+        return self._with_points(pose, self._experiment.control.points(pose))
 
-    def _what(self, pose, points):
-        return (pose, points) if self._is_filtered else points if self._by_points else pose
+    def _with_points(self, pose, points):
+        return (pose, points) if self._is_filtered else points
 
     def _asked(self, seen):
         """Return what the law wants (n, 2), velocities of points or commands, or its commands as control
@@ -150,12 +154,12 @@ class Stepping:
         if not sensors.is_idle:
             runner.sense(sensors.readings(time))
         try:
+            if self._is_bare:
+                law = runner.velocities if self._by_points else runner.unlimited_commands
+                return law(seen, time)
             if self._is_filtered:
                 return runner.commands(np.array(seen[0], order="F"), time, None, None, seen[1])
-            if not self._is_bare:
-                return control.commands(np.array(seen, order="F"), time)  # the filter may keep them
-            law = runner.velocities if self._by_points else runner.unlimited_commands
-            return law(seen, time)
+            return control.commands(np.array(seen, order="F"), time)  # the filter may keep them
         except BaseException:
             self._give_back()
             raise

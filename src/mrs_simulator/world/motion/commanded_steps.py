@@ -26,6 +26,7 @@ from mrs_simulator.world.motion.crowd_steps import step_all
 from mrs_simulator.world.motion.stretch_parts import copy, keep
 from mrs_simulator.world.motion.stretches import SCOPES
 
+FLOAT = np.dtype(float)
 FEW = 5  # [-] steps for which it does not pay to begin
 # Why steps ended: a command is due; no more samples, or steps, are wanted; pairs are to be listed anew; the
 # next step is the world's own; no usable command; a robot is farther away than a sample may have it;
@@ -276,7 +277,7 @@ class CommandedSteps:
         """
         if first == COMMAND:
             wanted = wanted.T
-            if not (wanted.flags.carray and wanted.dtype == float):  # as the compiled steps take it
+            if not (wanted.dtype is FLOAT and wanted.flags.carray):  # as the compiled steps take it
                 self._wanted[:] = wanted
                 wanted = self._wanted
             self._given = (wanted, *self._given[1:])

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.safety import compiled_passing, deadlock_detector, one_call
+from mrs_simulator.control.safety import (
+    compiled_passing,
+    deadlock_detector,
+    nearest_velocities,
+    one_call,
+)
 from mrs_simulator.control.safety.bounds import Surroundings
 from mrs_simulator.control.safety.braking_certificate import WayOut
 from mrs_simulator.control.twist_message import make_twist
@@ -96,6 +101,19 @@ def test_one_call_gives_the_same_bits(name, monkeypatch):
     assert whole == steps
     assert free and (stand > 0) == (name in ("near walls", "held by walls"))
     assert any(held for _, _, held in steps) or name not in ("alike", "of two sizes")
+
+
+def test_pairs_that_were_left_out_and_are_too_near_are_found(monkeypatch):
+    broken, breaks = [], compiled_passing.breaks
+    monkeypatch.setattr(
+        compiled_passing, "breaks", lambda *a: broken.append(breaks(*a)) or broken[-1]
+    )
+    for module in (nearest_velocities, compiled_passing):
+        monkeypatch.setattr(module, "FASTER", 0.1)
+        monkeypatch.setattr(module, "most_distant", lambda speed, *_: 0.9 + 3.0 * speed)
+    steps, _, _ = run(CASES["alike"], None, monkeypatch)
+    assert run(CASES["alike"], compiled_passing.pass_all, monkeypatch)[0] == steps
+    assert True in broken and False in broken
 
 
 def test_commands_that_leave_no_way_out_are_slowed_down_to_the_same_bits(monkeypatch):

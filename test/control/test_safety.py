@@ -156,6 +156,21 @@ def test_pairs_that_are_left_out_would_change_nothing(seed, monkeypatch):
     np.testing.assert_array_equal(given, safety.safe_velocities(*terms, brakes=brakes))
 
 
+def test_pairs_that_were_left_out_and_are_too_near_are_found(monkeypatch):
+    monkeypatch.setattr(safety, "FASTER", 0.1)
+    broken, breaks = [], safety._breaks
+    monkeypatch.setattr(safety, "_breaks", lambda *a: broken.append(breaks(*a)) or broken[-1])
+    for seed in range(5):
+        wanted, points, distance = crowd(60, seed)
+        brakes = safety.Brakes(np.full(60, 1.0 / 0.3), np.full(60, 0.3))
+        found = []
+        for distant in (lambda speed, *_: 0.7 if speed < 0.1 else 9.0, lambda *_: np.inf):
+            monkeypatch.setattr(safety, "_most_distant", distant)
+            found.append(safety.safe_velocities(wanted, points, distance, 0.02, brakes=brakes))
+        np.testing.assert_array_equal(*found)
+    assert broken == [True] * 5
+
+
 @pytest.mark.parametrize("cap", [None, 0.3])
 def test_newtons_method_and_gradients_find_the_same(cap, monkeypatch):
     wanted, points, distance = crowd(30, 1)

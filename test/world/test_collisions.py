@@ -77,8 +77,9 @@ def all_pairs(position, distance):
 @pytest.mark.parametrize("n", [1, 2, 40, 300, 700])
 def test_close_pairs_are_all_of_them(n):
     position = np.random.default_rng(n).uniform(-10.0, 10.0, (n, 2))
-    first, second = close_pairs(position, 1.3)
-    assert list(zip(first.tolist(), second.tolist())) == all_pairs(position, 1.3)
+    for loop in (None, compiled_neighbours.near_pairs)[: 2 if n <= neighbours.DENSE else 1]:
+        first, second = close_pairs(position, 1.3, loop)
+        assert list(zip(first.tolist(), second.tolist())) == all_pairs(position, 1.3)
 
 
 def test_pairs_are_listed_by_the_loop_from_the_second_time_on(monkeypatch):

@@ -66,6 +66,35 @@ def near_ones(places, own, order, low, high, i, bound, found, count):
     return count
 
 
+def near_pairs(seen, bound):
+    """Return the rows of pairs whose squared distance is below ``bound`` [m^2], (m,) and (m,)."""
+    n, d = seen.shape
+    first = np.empty(n * (n - 1) // 2 + 8, dtype=np.int64)
+    second, m, all_are, columns = np.empty_like(first), 0, bound == np.inf, np.zeros((3, n))
+    columns[:d] = seen.T
+    x, y, z = columns[0], columns[1], columns[2]
+    close = np.zeros((n + 7) // 8 * 8, dtype=np.uint8)
+    eights = close.view(np.uint64)  # few of them have one that is near
+    for i in range(n):
+        own, other, high = x[i], y[i], z[i]
+        for j in range(n):
+            east, north, up = x[j] - own, y[j] - other, z[j] - high
+            close[j] = (east * east + north * north + up * up < bound) | all_are
+        close[: i + 1] = 0
+        for k in range((i + 1) // 8, len(eights)):
+            if eights[k]:
+                for j in range(8 * k, 8 * k + 8):
+                    first[m], second[m] = i, j  # without a branch, which would be guessed wrong
+                    m += close[j]
+    return first[:m], second[:m]
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_near():
+    """Return the compiled ``near_pairs``; ``ValueError`` without numba."""
+    return kept(near_pairs)
+
+
 @functools.lru_cache(maxsize=None)
 def compiled_pairs():
     """Return the compiled ``pairs_in_cells``; ``ValueError`` without numba."""

@@ -57,9 +57,11 @@ def _kept_pairs(n):
 def close_pairs(position, distance, loop=None):
     """Return the rows of all pairs of points closer than ``distance`` [m], (m,) and (m,), i < j.
 
-    ``loop``: of ``compiled_neighbours``, for more than ``DENSE`` points, None: by numpy.
+    ``loop``: of ``compiled_neighbours``, ``near_pairs`` for up to ``DENSE`` points; None: by numpy.
     """
     if len(position) <= DENSE:
+        if loop is not None:
+            return loop(np.ascontiguousarray(position), distance * distance)
         first, second = all_pairs(len(position))
     else:
         if loop is not None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.compiled_neighbours import near_pairs
 from mrs_simulator.core.compiled_terms import kept
 from mrs_simulator.core.compiling import inlined
 
@@ -27,29 +28,6 @@ class Loops(NamedTuple):
     solve: Any
     feasible_share: Any
     meet: Any
-
-
-def near_pairs(seen, bound):
-    """Return the rows of pairs whose squared distance is below ``bound`` [m^2], (m,) and (m,)."""
-    n, d = seen.shape
-    first = np.empty(n * (n - 1) // 2 + 8, dtype=np.int64)
-    second, m, all_are, columns = np.empty_like(first), 0, bound == np.inf, np.zeros((3, n))
-    columns[:d] = seen.T
-    x, y, z = columns[0], columns[1], columns[2]
-    close = np.zeros((n + 7) // 8 * 8, dtype=np.uint8)
-    eights = close.view(np.uint64)  # few of them have one that is near
-    for i in range(n):
-        own, other, high = x[i], y[i], z[i]
-        for j in range(n):
-            east, north, up = x[j] - own, y[j] - other, z[j] - high
-            close[j] = (east * east + north * north + up * up < bound) | all_are
-        close[: i + 1] = 0
-        for k in range((i + 1) // 8, len(eights)):
-            if eights[k]:
-                for j in range(8 * k, 8 * k + 8):
-                    first[m], second[m] = i, j  # without a branch, which would be guessed wrong
-                    m += close[j]
-    return first[:m], second[:m]
 
 
 def pair_rows(seen, points, squash, first, second, distance, terms, slowness, late):

@@ -12,7 +12,6 @@ from mrs_simulator.control.safety.braking_certificate import BRAKES, EXACT, LATE
 from mrs_simulator.control.safety.compiled_filter import (
     feasible_share,
     heeded,
-    near_pairs,
     pair_rows,
     press,
     solve,
@@ -40,6 +39,7 @@ from mrs_simulator.control.safety.nearest_velocities import (
     most_distant,
 )
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
+from mrs_simulator.core.compiled_neighbours import near_pairs
 from mrs_simulator.core.compiled_terms import kept
 from mrs_simulator.scenario.control import SATURATIONS
 from mrs_simulator.vehicles.compiled_courses import followed, longest, roll

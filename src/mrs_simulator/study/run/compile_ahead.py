@@ -9,6 +9,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
+from mrs_simulator.core.compiled_neighbours import compiled_near
 from mrs_simulator.core.compiling import VARIABLE, chosen, is_chosen, is_wanted
 from mrs_simulator.core.program import program
 from mrs_simulator.core.writing import printing
@@ -90,6 +91,7 @@ def compile_loops():
     """Compile what runs come to use after a while: the loops of contacts, of rays, of wheels and rotors
     with forces, of ways over a floor, and of text."""
     Filler([1], [""]).filled([0.0], np.zeros((1, 1, 7)))
+    compiled_near()(np.zeros((2, 2)), 1.0)
     with chosen("1"):
         ways(np.ones((1, 1), dtype=bool), 1.0, (0, 0))
     for content in (TOUCHING, SENSING, ROLLING, AMONG_OTHERS, FLYING):

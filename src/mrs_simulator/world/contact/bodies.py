@@ -87,6 +87,10 @@ class Bodies:
         self._headed = None  # a pose, and cosine and sine of its headings
         self._measured = None  # a pose, and of its pairs what ``push_all`` measures [m]
 
+    def list_by(self, loop):
+        """Let pairs be listed by the compiled ``near_pairs``, of as many robots as it is for; None: not."""
+        self._list.loop = loop
+
     def list_anew(self):
         """Let pairs be listed anew when they are asked for again."""
         self._list.clear()

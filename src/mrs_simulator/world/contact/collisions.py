@@ -244,12 +244,13 @@ class VerletList:
     def __init__(self, reach):
         """``reach`` [m]: robots with centres closer than this may touch."""
         self.reach = reach
+        self.loop = None  # the compiled ``near_pairs``, where they are listed by it
         self._origin = self._pairs = self._kept = None
 
     def pairs(self, position):
         """Return the rows of the listed pairs for robots at ``position`` (n, 2)."""
         if self._origin is None or self._farthest_moved(position) > (0.5 * SKIN) ** 2:
-            loop = None
+            loop = self.loop if len(position) <= DENSE else None
             if self._pairs is not None and len(position) > DENSE:  # not the first time
                 loop = same_bits(compiled_pairs, WORTH)
             self._origin = position.copy()

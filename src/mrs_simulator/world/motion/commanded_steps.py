@@ -11,8 +11,9 @@ import math
 import numpy as np
 
 from mrs_simulator.core.compiled_cos_sin import cosines, sines
+from mrs_simulator.core.compiled_neighbours import compiled_near
 from mrs_simulator.core.compiled_terms import kept as kept_kernel
-from mrs_simulator.core.compiling import entry_of
+from mrs_simulator.core.compiling import entry_of, is_chosen, is_kept
 from mrs_simulator.core.kinematics import FASTEST
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
 from mrs_simulator.sensors.state import State
@@ -214,6 +215,9 @@ class CommandedSteps:
         self._world, self._step, self._rates = world, step, rates
         self._step_size = world.step_size
         self._entry = None  # of ``step``, once its first arguments are there
+        self._near = compiled_near()
+        if not (is_chosen() or is_kept(self._near)):
+            self._near = None  # which would take longer to compile than it saves
         self._counts, self._numbers = np.zeros(7, np.int64), np.empty(3)
         self._poses, self._looked = np.empty((2, 3, n)), np.empty((2, n))
         self._inners, self._turns = np.empty((2, 2, n)), np.empty((2, 2, n))
@@ -249,6 +253,7 @@ class CommandedSteps:
         self.now, self._commanded, self._kept, self.is_on = world.steps, None, kept, True
         self._counts[:] = 0
         pose, inner, self._bodies = motion.lend()
+        self._bodies.list_by(self._near)
         self._poses[0], self._inners[0], self._command[:] = pose.T, inner.T, world.command.T
         looked, free, left = self._bodies.looked
         self._numbers[:] = left, free, world.contacts.closest

@@ -47,8 +47,8 @@ class OneCall:
         way_out, time = control.safety_filter.way_out, control.time
         inner, given, speeds, seconds = way_out.known(time)
         kept, result = self._kept(control), np.empty((2, len(pose)))
-        known = np.ascontiguousarray(inner), np.ascontiguousarray(given.T), speeds, float(seconds)
-        known = *known, since, float(time)
+        inner, given = np.ascontiguousarray(inner), np.ascontiguousarray(given.T)
+        known = inner, given, speeds, float(seconds), since, float(time)
         scope = GIVEN if command is not None else SATURATIONS.index(control.saturation)
         command = np.empty((len(pose), 2), order="F") if command is None else command
         given = [np.ascontiguousarray(each) for each in (pose[:, :3].T, command.T)]

@@ -80,8 +80,7 @@ class SafetyFilter:
         if self._around.obstacles or self._around.arena:
             points = control.points(pose)
             bounds = self.bounds(points)
-        given = pose, unlimited, bounds
-        given = *given, self._deadlocks.since
+        given = pose, unlimited, bounds, self._deadlocks.since
         command, passed, done = self._one_call.passed(loop, control, command, *given)
         if not done:
             given = pose, control.joints, control.l, control.period

@@ -250,8 +250,10 @@ class VerletList:
     def pairs(self, position):
         """Return the rows of the listed pairs for robots at ``position`` (n, 2)."""
         if self._origin is None or self._farthest_moved(position) > (0.5 * SKIN) ** 2:
-            loop = self.loop if len(position) <= DENSE else None
-            if self._pairs is not None and len(position) > DENSE:  # not the first time
+            loop = None
+            if len(position) <= DENSE:
+                loop = self.loop
+            elif self._pairs is not None:  # not the first time
                 loop = same_bits(compiled_pairs, WORTH)
             self._origin = position.copy()
             self._pairs = close_pairs(position, self.reach + SKIN, loop)
